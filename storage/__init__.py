@@ -1,0 +1,1 @@
+"""The record: rows with units, Parquet, artifacts by digest, the catalog. Knows nothing of Prefect."""

@@ -1,0 +1,42 @@
+"""How one scan was placed."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from storage.records.column import Column
+
+
+@dataclass(frozen=True, slots=True)
+class StationRow:
+    """A station of an epoch: its scan, its pose, and how well it is known."""
+
+    structure: Annotated[str, Column("id of the structure")]
+    epoch: Annotated[str, Column("id of the epoch")]
+    station: Annotated[str, Column("id of the station")]
+    scan_digest: Annotated[str | None, Column("SHA-256 of the scan file")]
+    n_points: Annotated[int | None, Column("points read from the scan")]
+    position_east_m: Annotated[float | None, Column("adjusted east of the scanner in the site frame", "m")]
+    position_north_m: Annotated[float | None, Column("adjusted north of the scanner in the site frame", "m")]
+    position_up_m: Annotated[float | None, Column("adjusted height of the scanner in the site frame", "m")]
+    heading_deg: Annotated[float | None, Column("adjusted azimuth of the scanner's +y axis", "deg")]
+    heading_correction_deg: Annotated[float | None, Column("adjusted minus stated heading", "deg")]
+    level_east_deg: Annotated[float | None, Column("adjusted rotation about the east axis", "deg")]
+    level_north_deg: Annotated[float | None, Column("adjusted rotation about the north axis", "deg")]
+    overlap: Annotated[
+        float | None, Column("share of sampled planar points that found a partner in another station", "1")
+    ]
+    rmse_m: Annotated[
+        float | None, Column("robust root mean square of the point-to-plane residuals of this station", "m")
+    ]
+    sigma_heading_deg: Annotated[float | None, Column("standard deviation of the adjusted heading", "deg")]
+    sigma_level_deg: Annotated[
+        float | None, Column("standard deviation of one component of the adjusted level", "deg")
+    ]
+    sigma_position_m: Annotated[
+        float | None, Column("root mean square of the standard deviations of east, north and up", "m")
+    ]
+    weakest_direction: Annotated[
+        str | None, Column("what the data know least of this station, beside the priors")
+    ]
+    state: Annotated[str, Column("ok, suspect (used; see reason) or failed (not used)")]
+    reason: Annotated[str | None, Column("why the state is not ok")]

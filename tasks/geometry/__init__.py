@@ -1,0 +1,1 @@
+"""The ground floor: mathematics that several stages need, without a stage's words in it."""
