@@ -39,4 +39,5 @@ def rotation_site_scanner(heading_rad: float) -> NDArray[np.float64]:
 
 def azimuth_deg(east: float, north: float) -> float:
     """Azimuth of a horizontal vector, clockwise from grid north, 0 <= azimuth < 360 degrees."""
-    return float(np.degrees(np.arctan2(east, north)) % 360.0)
+    # a second remainder, because a tiny negative angle plus 360 rounds to 360
+    return float(np.degrees(np.arctan2(east, north)) % 360.0 % 360.0)

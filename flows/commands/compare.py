@@ -1,0 +1,86 @@
+"""``tiltwatch compare``: whether two epochs differ."""
+# ruff: noqa: PLC0415 (heavy imports stand inside the command)
+
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.terminal import answer, say
+from storage.errors import InputError, StorageError
+
+if TYPE_CHECKING:
+    from storage.views import ChangeRow
+    from tasks.settings import Campaign
+
+
+def compare(
+    file: CampaignFile,
+    epoch: Annotated[str, Parameter(name="EPOCH")],
+    reference: Annotated[str, Parameter(name="REFERENCE")],
+    /,
+    *,
+    workspace: WorkspaceFolder = None,
+    as_json: AsJson = False,
+) -> int:
+    """Say for every scheme and method how far the top moved between two epochs, and whether that is significant.
+
+    A change is significant where its probability without any movement is below 1 %.
+
+    Parameters
+    ----------
+    epoch
+        The later epoch.
+    reference
+        The epoch to count from.
+    """
+    from storage.workspace import existing_workspace
+    from tasks.epoch_difference import epoch_differences
+    from tasks.settings import load_campaign
+
+    campaign = load_campaign(file)
+    _check_epochs(campaign, epoch, reference)
+    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    rows = epoch_differences(place, campaign.structure.id, epoch, reference)
+    if not rows:
+        raise StorageError(
+            f"no scheme has an axis in both {epoch} and {reference}; `tiltwatch run {file}` processes what is missing"
+        )
+    if as_json:
+        return answer(0, {"primary": list(campaign.report.primary), "changes": [_facts(row) for row in rows]})
+    say(
+        f"{campaign.structure.title}: movement of the top at {rows[0].height_m:g} m from {reference} to {epoch}"
+    )
+    say(*(_line(row, campaign.report.primary) for row in rows))
+    return 0
+
+
+def _check_epochs(campaign: "Campaign", epoch: str, reference: str) -> None:
+    for name in (epoch, reference):
+        if campaign.epoch(name) is None:
+            known = ", ".join(known.id for known in campaign.epochs)
+            raise InputError(f"unknown epoch {name!r}; known: {known}")
+    if epoch == reference:
+        raise InputError(f"epoch {epoch!r} cannot be compared with itself; name two epochs")
+
+
+def _facts(row: "ChangeRow") -> dict[str, bool | float | str | None]:
+    facts: dict[str, bool | float | str | None] = asdict(row)
+    return {
+        **facts,
+        "epoch_time": row.epoch_time.isoformat(),
+        "reference_time": row.reference_time.isoformat(),
+    }
+
+
+def _line(row: "ChangeRow", primary: tuple[str, str]) -> str:
+    from flows.condition_text import significance_text
+
+    sigma = "uncertainty unknown" if row.sigma_top_m is None else f"± {2e3 * row.sigma_top_m:.2f} mm (k=2)"
+    mark = "  <- primary" if (row.scheme, row.method) == tuple(primary) else ""
+    significance = significance_text(row.significant, row.p_value, row.smallest_detectable_m)
+    return (
+        f"{row.scheme}/{row.method}: {1e3 * row.d_top_m:.2f} {sigma}, east {1e3 * row.height_m * row.d_lean_east:+.2f} mm,"
+        f" north {1e3 * row.height_m * row.d_lean_north:+.2f} mm, {significance}{mark}"
+    )

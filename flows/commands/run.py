@@ -1,0 +1,55 @@
+"""``tiltwatch run``: process what is not processed yet."""
+# ruff: noqa: PLC0415 (heavy imports stand inside the command)
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import Parameter
+
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.terminal import answer, log_into, terminal
+
+LOGS = "logs"
+
+
+def run(
+    file: CampaignFile,
+    /,
+    *,
+    workspace: WorkspaceFolder = None,
+    epoch: tuple[str, ...] = (),
+    scheme: tuple[str, ...] = (),
+    fail_on: Literal["quality", "warning", "alarm"] | None = None,
+    as_json: AsJson = False,
+) -> int:
+    """Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch (all with -v).
+
+    Exit code 3 if any epoch had bad input; the other epochs are processed all the same.
+
+    Parameters
+    ----------
+    epoch
+        Only this epoch; may be given several times.
+    scheme
+        Only this slicing scheme; may be given several times.
+    fail_on
+        From which state of any epoch of this run on the exit code tells it: 4 quality gate not passed, 5 warning,
+        6 alarm.
+    """
+    from flows.progress import progress
+    from flows.run_campaign import RunRequest, run_campaign
+    from flows.run_report import answer_of, conditions_of_run, exit_code_of, tell_errors, tell_results
+    from tasks.settings import load_campaign
+
+    campaign = load_campaign(file)
+    place: Path = workspace_of(campaign.folder, workspace)
+    log_into(place / LOGS)
+    with progress() as on_event:
+        outcome = run_campaign(RunRequest(file, place, epoch, scheme), on_event)
+    found = conditions_of_run(campaign, outcome)
+    tell_errors(outcome.epochs)
+    code = exit_code_of(outcome.epochs, found, fail_on)
+    if as_json:
+        return answer(code, answer_of(outcome, found))
+    tell_results(campaign, outcome, found, all_epochs=terminal().verbose)
+    return code

@@ -1,0 +1,40 @@
+"""``tiltwatch status``: the newest state."""
+# ruff: noqa: PLC0415 (heavy imports stand inside the command)
+
+from datetime import UTC, datetime
+
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.terminal import answer, note, say
+from storage.errors import StorageError
+
+
+def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json: AsJson = False) -> int:
+    """Print the newest state: deviation with U (k=2), limit and verdict, change since the reference, data quality, age.
+
+    Exit code 6 (alarm): the deviation is above its limit for sure.
+    Exit code 5 (warning): the limit lies within the uncertainty, or the change since the reference is significant.
+    Exit code 4 (quality gate not passed): the epoch failed or is degraded, or the primary scheme gave no axis.
+    Exit code 0: none of these. The highest wins.
+    """
+    from flows.condition_text import EXIT_CODES, facts_of, lines_of
+    from storage.workspace import existing_workspace
+    from tasks.condition import conditions
+    from tasks.settings import load_campaign
+
+    campaign = load_campaign(file)
+    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    found = conditions(place, campaign.structure.id, campaign.report.primary)
+    if not found:
+        raise StorageError(
+            f"{place.root} holds no epoch of {campaign.structure.id}; `tiltwatch run {file}` processes it"
+        )
+    newest, now = found[-1], datetime.now(UTC)
+    code = EXIT_CODES[newest.level]
+    stored = {condition.epoch.epoch for condition in found}
+    missing = [epoch.id for epoch in campaign.epochs if epoch.id not in stored]
+    if as_json:
+        return answer(code, {**facts_of(newest, now), "not_processed": missing})
+    say(*lines_of(newest, now))
+    if missing:
+        note(f"not processed yet: {', '.join(missing)}")
+    return code

@@ -1,0 +1,43 @@
+"""``tiltwatch verify``: whether everything is stored whole and true to its digest."""
+# ruff: noqa: PLC0415 (heavy imports stand inside the command)
+
+from dataclasses import asdict
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.terminal import answer, complain, say
+
+NOT_WHOLE = 3
+
+
+def verify(
+    file: CampaignFile,
+    /,
+    *,
+    deep: Annotated[bool, Parameter(negative="")] = False,
+    workspace: WorkspaceFolder = None,
+    as_json: AsJson = False,
+) -> int:
+    """Check that everything in the workspace is whole and true to its digest; exit code 3 if anything is not.
+
+    Parameters
+    ----------
+    deep
+        Hash every artifact again, also those that did not change since they were last hashed.
+    """
+    from storage.verify import verify_workspace, verify_workspace_deeply
+    from storage.workspace import existing_workspace
+    from tasks.settings import load_campaign
+
+    campaign = load_campaign(file)
+    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    report = verify_workspace_deeply(place) if deep else verify_workspace(place)
+    code = NOT_WHOLE if report.faults else 0
+    complain(*(f"error: {fault.where}: {fault.what}; {fault.what_to_do}" for fault in report.faults))
+    if as_json:
+        faults = [asdict(fault) for fault in report.faults]
+        return answer(code, {"workspace": str(place.root), "checked": report.checked, "faults": faults})
+    say(f"{place.root}: {report.checked} checked, {len(report.faults)} faults")
+    return code

@@ -1,0 +1,50 @@
+"""How errors are told: lines on stderr, an object on stdout for programs, a log file for faults of the program."""
+
+import os
+import sys
+import tempfile
+import traceback
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from flows.terminal import answer, complain, terminal
+from flows.version import VERSION
+
+FAULT: Final = 1
+TRACEBACK_VERBOSITY: Final = 2
+
+
+def report_error(message: str, exit_code: int, *, wants_json: bool) -> int:
+    """Tell what the user can mend, one ``error:`` line a problem, and return the exit code."""
+    lines = message.splitlines()
+    complain(*(f"error: {line}" for line in lines))
+    return answer(exit_code, {"errors": lines}) if wants_json else exit_code
+
+
+def report_fault(error: BaseException, *, wants_json: bool) -> int:
+    """Tell a fault of the program in one line, with the path of the log that holds the traceback."""
+    details = "".join(traceback.format_exception(error))
+    if terminal().verbosity >= TRACEBACK_VERBOSITY:
+        complain(details)
+    what = str(error).splitlines()[0] if str(error) else "no message"
+    message = (
+        f"this is a fault of tiltwatch: {type(error).__name__}: {what}; traceback in {keep_log(details)}"
+    )
+    return report_error(message, FAULT, wants_json=wants_json)
+
+
+def keep_log(details: str) -> str:
+    """Write a traceback to a log file and return its path, or say that no folder can be written."""
+    name = f"tiltwatch-{datetime.now(UTC):%Y%m%dT%H%M%SZ}-{os.getpid()}.log"
+    text = f"tiltwatch {VERSION}, python {sys.version}, {sys.platform}\ncall: {sys.argv}\n\n{details}"
+    for folder in (terminal().log_folder, Path(tempfile.gettempdir())):
+        if folder is None:
+            continue
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_text(text, encoding="utf-8")
+        except OSError:
+            continue
+        return str(folder / name)
+    return "no file: neither the workspace nor the folder for temporary files can be written"

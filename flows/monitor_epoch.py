@@ -1,0 +1,53 @@
+"""One epoch, from station scans to published rows, in the order of the paper's method section."""
+
+from pathlib import Path
+
+from prefect import flow
+
+from flows.epoch_publication import publish_result
+from flows.epoch_steps import (
+    evaluate_schemes,
+    isolate_shaft_of,
+    measure_schemes,
+    read_scans,
+    register_scans,
+)
+from flows.epoch_work import EpochResult, EpochWork
+from flows.ledger import current_ledger
+from flows.outcome import EpochOutcome
+from flows.stage_calls import StageCalls
+from storage.errors import InputError
+from storage.locks import epoch_lock
+from storage.workspace import Workspace
+from tasks.plan import plan_axes
+from tasks.settings import load_campaign
+
+
+@flow(name="monitor-epoch", persist_result=False)
+def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochOutcome:
+    """Measure the lean of a structure in one epoch under every scheme, and publish it.
+
+    Stages that were done before on the same input, with the same parameters and code, are taken from the
+    cache. Bad input is a recorded state of the epoch, not an exception.
+    """
+    work = _begin(campaign_file, workspace, epoch, schemes)
+    result = EpochResult()
+    with epoch_lock(work.workspace, work.campaign.structure.id, epoch):
+        read_scans(work, result)
+        register_scans(work, result)
+        isolate_shaft_of(work, result)
+        measure_schemes(work, result)
+        evaluate_schemes(work, result)
+        return publish_result(work, result)
+
+
+def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochWork:
+    campaign = load_campaign(Path(campaign_file))
+    chosen = campaign.epoch(epoch)
+    if chosen is None:
+        known = ", ".join(known.id for known in campaign.epochs)
+        raise InputError(f"{campaign_file}: no epoch {epoch!r}; known: {known}")
+    place = Workspace(Path(workspace))
+    calls = StageCalls(current_ledger.get(), epoch, workspace)
+    axes = tuple(plan_axes(campaign, schemes))
+    return EpochWork(campaign, chosen, place, calls, axes, partial=bool(schemes))

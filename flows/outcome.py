@@ -1,0 +1,26 @@
+"""How epochs and runs end, for whoever started them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class EpochOutcome:
+    """How an epoch ended, for the command line; ``bad_input`` says that the user can mend it."""
+
+    epoch: str
+    state: str
+    reasons: tuple[str, ...]
+    bad_input: bool
+    fault: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RunOutcome:
+    """How a run ended: its id, stages by state, and every epoch."""
+
+    run: str
+    workspace: Path
+    computed: int
+    cached: int
+    epochs: tuple[EpochOutcome, ...]

@@ -1,0 +1,50 @@
+"""Run a campaign from the command line or a notebook: Prefect prepared, every stage told, the outcome counted."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
+from flows.outcome import RunOutcome
+from flows.prefect_home import prepare_prefect
+from storage.workspace import open_workspace
+from tasks.settings import load_campaign
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """What to run: a campaign file, where to keep things, and which epochs and schemes (all where none is named)."""
+
+    campaign_file: Path
+    workspace: Path
+    epochs: tuple[str, ...] = ()
+    schemes: tuple[str, ...] = ()
+
+
+def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) -> RunOutcome:
+    """Process what is not processed yet; ``on_event`` is told of every stage as it begins and ends.
+
+    Raises
+    ------
+    InputError
+        If the campaign file is bad, or an epoch or scheme is not known.
+    StorageError
+        If the workspace cannot be used.
+    """
+    campaign = load_campaign(request.campaign_file)
+    workspace = open_workspace(request.workspace)
+    prepare_prefect(workspace)
+    # Prefect reads its settings when it is imported
+    from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
+
+    ledger = RunLedger(new_run_id(), campaign.structure.id, on_event)
+    token = current_ledger.set(ledger)
+    try:
+        outcomes = monitor_campaign(
+            str(request.campaign_file), str(workspace.root), list(request.epochs), list(request.schemes)
+        )
+    finally:
+        current_ledger.reset(token)
+    return RunOutcome(
+        ledger.run, workspace.root, ledger.count("computed"), ledger.count("cached"), tuple(outcomes)
+    )

@@ -1,0 +1,80 @@
+"""What each run did, and under which settings: append only, one file a run."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from storage.atomic import write_atomically
+from storage.digests import text_sha256
+from storage.errors import StorageError
+from storage.locks import publish_lock
+from storage.parquet import encode_rows
+from storage.records import StageRunRow
+from storage.tables import RUNS, table_path
+from storage.workspace import Workspace
+
+
+def append_run(ws: Workspace, run: str, structure: str, rows: Sequence[StageRunRow]) -> Path:
+    """Add the stages of a run to the ledger.
+
+    Raises
+    ------
+    StorageError
+        If the run is in the ledger already, or a row is of another run or structure or may not be stored.
+    InputError
+        If an id cannot be a file name.
+    """
+    path = table_path(ws, RUNS, structure, run)
+    for number, row in enumerate(rows):
+        if (row.run, row.structure) != (run, structure):
+            raise StorageError(
+                f"table runs, row {number}: needed run {run} of {structure}, got {row.run} of {row.structure}"
+            )
+    content = encode_rows(RUNS, StageRunRow, rows)
+    with publish_lock(ws):
+        if path.exists():
+            raise StorageError(
+                f"run {run} of {structure} is in the ledger already, which is append only: {path}"
+            )
+        write_atomically(path, content)
+    return path
+
+
+def settings_path(ws: Workspace, digest: str) -> Path:
+    """Where the filled-in settings with that digest lie or would lie."""
+    return ws.runs / "settings" / f"{digest}.json"
+
+
+def store_settings(ws: Workspace, digest: str, text: str) -> Path:
+    """Keep filled-in campaign settings, so that the ``campaign_digest`` of a row leads to them.
+
+    Raises
+    ------
+    StorageError
+        If the digest is not the SHA-256 of the text in UTF-8.
+    """
+    if digest != text_sha256(text):
+        raise StorageError(f"settings need the SHA-256 of their text, {text_sha256(text)}; got {digest!r}")
+    path = settings_path(ws, digest)
+    with publish_lock(ws):
+        if not path.exists() or path.read_bytes() != text.encode():
+            write_atomically(path, text.encode())
+    return path
+
+
+def read_settings(ws: Workspace, digest: str) -> str:
+    """The filled-in settings behind a ``campaign_digest``.
+
+    Raises
+    ------
+    StorageError
+        If they are absent or damaged.
+    """
+    path = settings_path(ws, digest)
+    if not path.is_file():
+        raise StorageError(f"no settings with digest {digest}: {path} is absent; run the epoch again")
+    text = path.read_bytes().decode(errors="replace")
+    if text_sha256(text) != digest:
+        raise StorageError(
+            f"{path} is damaged: its digest is {text_sha256(text)}; delete it and run the epoch again"
+        )
+    return text

@@ -1,0 +1,92 @@
+"""Who may write: one publisher a workspace, one processor an epoch."""
+
+import json
+import os
+import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Final
+
+from filelock import FileLock, Timeout
+
+from storage.errors import StorageError
+from storage.ids import check_id
+from storage.workspace import Workspace
+
+PUBLISH_TIMEOUT_S: Final = 120.0
+"""Longest wait for the publish lock; it is held for seconds."""
+
+EPOCH_TIMEOUT_S: Final = 5.0
+"""Longest wait for an epoch that another run processes, which may take an hour: better to say so."""
+
+
+@contextmanager
+def publish_lock(ws: Workspace, timeout_s: float = PUBLISH_TIMEOUT_S) -> Iterator[None]:
+    """Hold the right to change tables and catalog; the same thread may take it again inside.
+
+    The operating system frees the lock when its process ends, however it ends.
+
+    Raises
+    ------
+    StorageError
+        If another process or thread holds it for longer than ``timeout_s`` seconds.
+    """
+    with _held(ws.locks / "publish.lock", f"the publish lock of {ws.root}", timeout_s):
+        yield
+
+
+@contextmanager
+def epoch_lock(
+    ws: Workspace, structure: str, epoch: str, timeout_s: float = EPOCH_TIMEOUT_S
+) -> Iterator[None]:
+    """Hold the right to process one epoch of a structure.
+
+    Raises
+    ------
+    StorageError
+        If another process or thread holds it for longer than ``timeout_s`` seconds.
+    InputError
+        If an id cannot be a file name.
+    """
+    folder = ws.locks / "epochs" / check_id(structure, "a structure")
+    place = folder / f"{check_id(epoch, 'an epoch')}.lock"
+    with _held(place, f"epoch {epoch} of {structure} in {ws.root}", timeout_s):
+        yield
+
+
+@contextmanager
+def _held(place: Path, what: str, timeout_s: float) -> Iterator[None]:
+    place.parent.mkdir(parents=True, exist_ok=True)
+    # a singleton a path makes the lock re-entrant within a thread; other threads still wait
+    lock = FileLock(place, is_singleton=True)
+    holder = place.with_suffix(".holder.json")
+    outermost = not lock.is_locked
+    try:
+        lock.acquire(timeout=timeout_s)
+    except Timeout as fault:
+        raise StorageError(
+            f"{what} is in use; waited {timeout_s:g} s; last taken by {_last_holder(holder)}: wait for it to "
+            "finish, or end that process, and run again"
+        ) from fault
+    try:
+        if outermost:
+            _write_holder(holder)
+        yield
+    finally:
+        lock.release()
+
+
+def _write_holder(holder: Path) -> None:
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    text = json.dumps({"pid": os.getpid(), "host": socket.gethostname(), "since": now})
+    holder.write_text(text, encoding="utf-8")
+
+
+def _last_holder(holder: Path) -> str:
+    try:
+        told = json.loads(holder.read_bytes())
+        return f"process {told['pid']} on {told['host']} since {told['since']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "an unknown process"

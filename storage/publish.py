@@ -1,0 +1,245 @@
+"""Publish whole epochs: all tables of an epoch change together or not at all, whenever the machine stops."""
+
+import hashlib
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, Literal
+
+from storage.atomic import TEMP_SUFFIX, make_folder, replace_file, sync_folder, write_temp
+from storage.errors import StorageError
+from storage.ids import check_id
+from storage.journal import (
+    Journal,
+    Rename,
+    apply_removal,
+    apply_rename,
+    can_finish,
+    has_begun,
+    read_journal,
+    remove_journal,
+    write_journal,
+)
+from storage.locks import publish_lock
+from storage.parquet import encode_rows, read_rows
+from storage.records import TABLES, EpochRow
+from storage.tables import EPOCH_TABLES, EpochKey, table_path
+from storage.workspace import Workspace
+
+Step = Callable[[str], None]
+
+# a temp outside the tables has no lock over it: only one that no living writer can still own is swept
+_ABANDONED_S: Final = 24 * 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """What was left of a publication that did not end, and what became of it."""
+
+    outcome: Literal["nothing to do", "finished", "dropped", "set aside"]
+    epoch: EpochKey | None
+    temps_swept: int
+
+
+def _no_step(_done: str) -> None:
+    """Do nothing between the steps; the tests of crashes do otherwise."""
+
+
+def publish_epoch(
+    ws: Workspace,
+    structure: str,
+    epoch: str,
+    tables: Mapping[str, Sequence[object]],
+    *,
+    after_step: Step = _no_step,
+) -> bool:
+    """Replace all tables of an epoch at once.
+
+    An epoch whose rows are the same but for the run that made them keeps its old files: ``epochs.run`` is the
+    run that published the rows, not the last that confirmed them.
+
+    Parameters
+    ----------
+    tables : mapping of table name to rows
+        All tables of ``EPOCH_TABLES``; empty where there is nothing.
+    after_step : callable
+        Told the name of each step when it is done.
+
+    Returns
+    -------
+    bool
+        False if the epoch is published already with the same content; then nothing is written.
+
+    Raises
+    ------
+    StorageError
+        If a table is missing or unknown, a row is of another epoch or may not be stored, or the disk refuses.
+    InputError
+        If an id cannot be a file name.
+    """
+    key = EpochKey(check_id(structure, "a structure"), check_id(epoch, "an epoch"))
+    _check_tables(key, tables)
+    with publish_lock(ws):
+        recover(ws)
+        _check_spelling(ws, key)
+        contents = {table: encode_rows(table, TABLES[table], tables[table]) for table in EPOCH_TABLES}
+        if _is_published(ws, key, contents, tables["epochs"]):
+            return False
+        journal = _written_temps(ws, key, contents, after_step)
+        write_journal(ws, journal)
+        after_step("journal")
+        _finish(ws, journal, after_step)
+    return True
+
+
+def remove_epoch(ws: Workspace, structure: str, epoch: str, *, after_step: Step = _no_step) -> bool:
+    """Remove all tables of an epoch at once; False if it was not there."""
+    paths = [table_path(ws, table, structure, epoch) for table in EPOCH_TABLES]
+    with publish_lock(ws):
+        recover(ws)
+        there = tuple(_relative(ws, path) for path in paths if path.exists())
+        if not there:
+            return False
+        journal = Journal(structure, epoch, (), there)
+        write_journal(ws, journal)
+        after_step("journal")
+        _finish(ws, journal, after_step)
+    return True
+
+
+def recover(ws: Workspace) -> Recovery:
+    """Finish the publication that a crash cut short, and sweep the temps that it left.
+
+    After the journal is written, every temp is whole, so the publication is rolled forward. Should a hand from
+    outside have damaged them, the old epoch stays if it is whole; else its files are set aside under ``tmp``,
+    because a mixed epoch must never be seen.
+
+    Raises
+    ------
+    StorageError
+        If the journal is damaged, or the disk refuses.
+    """
+    with publish_lock(ws):
+        journal = read_journal(ws)
+        if journal is None:
+            return Recovery("nothing to do", None, _sweep(ws))
+        key = EpochKey(journal.structure, journal.epoch)
+        if can_finish(ws, journal):
+            _finish(ws, journal, _no_step)
+            return Recovery("finished", key, _sweep(ws))
+        if not has_begun(ws, journal):
+            remove_journal(ws)
+            return Recovery("dropped", key, _sweep(ws))
+        _set_aside(ws, key)
+        remove_journal(ws)
+        return Recovery("set aside", key, _sweep(ws))
+
+
+def stale_temps(ws: Workspace) -> list[Path]:
+    """Temps that nobody is writing any more; to be asked under the publish lock."""
+    under_lock = [
+        *ws.tables.glob(f"*/*/*{TEMP_SUFFIX}"),
+        *ws.tmp.glob("catalog*"),
+        *ws.runs.glob(f"*/*{TEMP_SUFFIX}"),
+    ]
+    oldest_alive = time.time() - _ABANDONED_S
+    others = [*ws.artifacts.glob(f"*{TEMP_SUFFIX}"), *ws.root.glob(f"*{TEMP_SUFFIX}")]
+    abandoned = [path for path in others if path.stat().st_mtime < oldest_alive]
+    return sorted(path for path in (*under_lock, *abandoned) if path.is_file())
+
+
+def _sweep(ws: Workspace) -> int:
+    temps = stale_temps(ws)
+    for temp in temps:
+        temp.unlink(missing_ok=True)
+    return len(temps)
+
+
+def _written_temps(ws: Workspace, key: EpochKey, contents: Mapping[str, bytes], after_step: Step) -> Journal:
+    renames = []
+    for table, content in contents.items():
+        target = table_path(ws, table, key.structure, key.epoch)
+        temp = write_temp(target, content)
+        sync_folder(temp.parent)
+        digest = hashlib.sha256(content).hexdigest()
+        renames.append(Rename(_relative(ws, temp), _relative(ws, target), digest))
+        after_step(f"temp {table}")
+    return Journal(key.structure, key.epoch, tuple(renames), ())
+
+
+def _finish(ws: Workspace, journal: Journal, after_step: Step) -> None:
+    for rename in journal.renames:
+        apply_rename(ws, rename)
+        after_step(f"rename {rename.target}")
+    for removal in journal.removals:
+        apply_removal(ws, removal)
+        after_step(f"remove {removal}")
+    remove_journal(ws)
+    after_step("journal removed")
+
+
+def _set_aside(ws: Workspace, key: EpochKey) -> None:
+    place = ws.tmp / f"set-aside-{time.time_ns()}"
+    for table in EPOCH_TABLES:
+        path = table_path(ws, table, key.structure, key.epoch)
+        if path.exists():
+            aside = place / path.relative_to(ws.tables)
+            make_folder(aside.parent)
+            replace_file(path, aside)
+
+
+def _is_published(
+    ws: Workspace, key: EpochKey, contents: Mapping[str, bytes], epochs: Sequence[object]
+) -> bool:
+    paths = {table: table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES}
+    if not all(path.is_file() for path in paths.values()):
+        return False
+    if any(_differs(paths[table], contents[table]) for table in EPOCH_TABLES if table != "epochs"):
+        return False
+    return not _differs(paths["epochs"], _under_old_run(paths["epochs"], epochs))
+
+
+def _differs(path: Path, content: bytes) -> bool:
+    return path.read_bytes() != content
+
+
+def _under_old_run(path: Path, epochs: Sequence[object]) -> bytes:
+    rows = [row for row in epochs if isinstance(row, EpochRow)]
+    try:
+        old_runs = {row.run for row in read_rows(path, "epochs", EpochRow)}
+    except StorageError:  # a damaged file differs from any content and is replaced
+        return b""
+    return encode_rows("epochs", EpochRow, [replace(row, run=run) for row in rows for run in old_runs])
+
+
+def _check_tables(key: EpochKey, tables: Mapping[str, Sequence[object]]) -> None:
+    if set(tables) != set(EPOCH_TABLES):
+        raise StorageError(
+            f"epoch {key} needs the tables {', '.join(EPOCH_TABLES)} (empty where there is nothing); "
+            f"got {', '.join(tables) or 'none'}"
+        )
+    if len(tables["epochs"]) != 1:
+        raise StorageError(f"epoch {key} needs one row in table epochs; got {len(tables['epochs'])}")
+    for table, rows in tables.items():
+        for number, row in enumerate(rows):
+            found = EpochKey(getattr(row, "structure", ""), getattr(row, "epoch", ""))
+            if found != key:
+                raise StorageError(f"table {table}, row {number}: needed epoch {key}, got {found}")
+
+
+def _check_spelling(ws: Workspace, key: EpochKey) -> None:
+    """Refuse ids that differ from stored ones in capitals only: on Windows and macOS they are one file."""
+    folder = ws.tables / "epochs"
+    structures = {path.name for path in folder.glob("*")}
+    epochs = {path.name.removesuffix(".parquet") for path in (folder / key.structure).glob("*.parquet")}
+    for wanted, stored in ((key.structure, structures), (key.epoch, epochs)):
+        twins = [name for name in stored if name.casefold() == wanted.casefold() and name != wanted]
+        if twins:
+            raise StorageError(
+                f"id {wanted!r} differs from the stored {twins[0]!r} in capitals only; use that one"
+            )
+
+
+def _relative(ws: Workspace, path: Path) -> str:
+    return path.relative_to(ws.root).as_posix()

@@ -1,0 +1,161 @@
+"""Is everything stored whole, and true to its digest."""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import duckdb
+
+from storage.artifacts import has_its_digest
+from storage.catalog import fingerprint_of, read_catalog, stored_fingerprint
+from storage.errors import StorageError
+from storage.ledger import read_settings
+from storage.locks import publish_lock
+from storage.parquet import read_rows, stored_row_count
+from storage.publish import stale_temps
+from storage.records import TABLES, EpochRow
+from storage.tables import EPOCH_TABLES, RUNS, EpochKey, epochs_on_disk, files_of, key_of, table_path
+from storage.verified import is_remembered
+from storage.view_definitions import VIEWS
+from storage.workspace import Workspace
+
+Check = Callable[[Workspace, Path], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something that is not as it should be."""
+
+    where: str
+    what: str
+    what_to_do: str
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyReport:
+    """How many things were checked, and what was found wrong."""
+
+    checked: int
+    faults: tuple[Fault, ...]
+
+
+def verify_workspace(ws: Workspace) -> VerifyReport:
+    """Check everything; artifacts that did not change since they were last hashed are not hashed again.
+
+    Raises
+    ------
+    StorageError
+        If another process publishes for longer than the lock's time-out.
+    """
+    return _verify(ws, lambda ws, path: is_remembered(ws, path) or has_its_digest(ws, path))
+
+
+def verify_workspace_deeply(ws: Workspace) -> VerifyReport:
+    """Check everything and hash every artifact: about a second per gigabyte.
+
+    Raises
+    ------
+    StorageError
+        If another process publishes for longer than the lock's time-out.
+    """
+    return _verify(ws, has_its_digest)
+
+
+def _verify(ws: Workspace, is_true_to_digest: Check) -> VerifyReport:
+    with publish_lock(ws):
+        found = [*_left_behind(ws), *_tables(ws), *_epochs(ws), *_catalog(ws)]
+    found += _artifacts(ws, is_true_to_digest)
+    return VerifyReport(len(found), tuple(fault for fault in found if fault is not None))
+
+
+def _left_behind(ws: Workspace) -> Iterator[Fault | None]:
+    again = "run the campaign again: the next run finishes or sweeps it"
+    yield Fault(_at(ws, ws.journal), "a publication did not end", again) if ws.journal.exists() else None
+    for temp in stale_temps(ws):
+        yield Fault(_at(ws, temp), "unfinished file that nobody writes any more", again)
+
+
+def _tables(ws: Workspace) -> Iterator[Fault | None]:
+    for table in TABLES:
+        for path in files_of(ws, table):
+            yield _table_fault(ws, table, path)
+
+
+def _table_fault(ws: Workspace, table: str, path: Path) -> Fault | None:
+    again = "delete the file or restore it from a backup, and run the epoch again"
+    try:
+        rows: list[object] = read_rows(path, table, TABLES[table])
+    except StorageError as fault:
+        return Fault(_at(ws, path), str(fault), again)
+    part = "run" if table == RUNS else "epoch"
+    strangers = {EpochKey(getattr(row, "structure", ""), getattr(row, part)) for row in rows} - {key_of(path)}
+    if strangers:
+        return Fault(_at(ws, path), f"holds rows of {', '.join(map(str, sorted(strangers)))}", again)
+    return None
+
+
+def _epochs(ws: Workspace) -> Iterator[Fault | None]:
+    for key in epochs_on_disk(ws):
+        paths = [table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES]
+        missing = [_at(ws, path) for path in paths if not path.exists()]
+        what = f"the epoch is not whole: no {', '.join(missing)}"
+        yield Fault(str(key), what, "run the epoch again") if missing else None
+        yield from _settings(ws, key)
+
+
+def _settings(ws: Workspace, key: EpochKey) -> Iterator[Fault | None]:
+    try:
+        for row in read_rows(table_path(ws, "epochs", key.structure, key.epoch), "epochs", EpochRow):
+            read_settings(ws, row.campaign_digest)
+    except StorageError as fault:
+        yield Fault(str(key), str(fault), "run the epoch again")
+    else:
+        yield None
+
+
+def _catalog(ws: Workspace) -> Iterator[Fault | None]:
+    if not ws.catalog.exists() and not any(files_of(ws, table) for table in TABLES):
+        return
+    again = "delete the catalog and run the campaign again: it is rebuilt from the tables"
+    if stored_fingerprint(ws) != fingerprint_of(ws):
+        yield Fault(ws.catalog.name, "is absent, damaged or older than the tables", again)
+    try:
+        with read_catalog(ws) as connection:
+            for table in TABLES:
+                yield _count_fault(ws, connection, table)
+            for view in VIEWS:
+                connection.execute(f"SELECT count(*) FROM main.{view}").fetchone()  # noqa: S608
+                yield None
+    except (StorageError, duckdb.Error) as fault:
+        yield Fault(ws.catalog.name, str(fault).splitlines()[0], again)
+
+
+def _count_fault(ws: Workspace, connection: duckdb.DuckDBPyConnection, table: str) -> Fault | None:
+    row = connection.execute(f"SELECT count(*) FROM data.{table}").fetchone()  # noqa: S608 - names of our own
+    shown = None if row is None else row[0]
+    stored = sum(stored_row_count(path) for path in files_of(ws, table))
+    if shown == stored:
+        return None
+    what = f"shows {shown} rows of {table}; the tables hold {stored}"
+    return Fault(ws.catalog.name, what, "run the campaign again: the catalog is rebuilt")
+
+
+def _artifacts(ws: Workspace, is_true_to_digest: Check) -> Iterator[Fault | None]:
+    for path in sorted(ws.artifacts.glob("*/*")):
+        if not _is_artifact(path):
+            yield Fault(_at(ws, path), "is not named as an artifact", "move it out of the workspace")
+        elif is_true_to_digest(ws, path):
+            yield None
+        else:
+            what = "its content does not have the digest that its name says"
+            yield Fault(_at(ws, path), what, "delete it and run again: it is computed anew")
+
+
+def _is_artifact(path: Path) -> bool:
+    named = re.fullmatch(r"([0-9a-f]{2})[0-9a-f]{62}\.[a-z0-9]{1,16}", path.name)
+    return named is not None and named[1] == path.parent.name
+
+
+def _at(ws: Workspace, path: Path) -> str:
+    return path.relative_to(ws.root).as_posix()

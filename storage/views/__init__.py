@@ -1,0 +1,35 @@
+"""What the catalog says, as typed rows: all that command line, reports and dashboards read."""
+
+from storage.change import ChangeRow
+from storage.view_definitions import VIEWS
+from storage.views.reading import (
+    accuracy_rows,
+    alarm_rows,
+    change_rows,
+    epoch_rows,
+    latest_epochs,
+    removal_rows,
+    rows_of,
+    run_rows,
+    scheme_rows,
+    slice_rows,
+    station_rows,
+    tilt_rows,
+)
+
+__all__ = [
+    "VIEWS",
+    "ChangeRow",
+    "accuracy_rows",
+    "alarm_rows",
+    "change_rows",
+    "epoch_rows",
+    "latest_epochs",
+    "removal_rows",
+    "rows_of",
+    "run_rows",
+    "scheme_rows",
+    "slice_rows",
+    "station_rows",
+    "tilt_rows",
+]

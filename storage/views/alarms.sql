@@ -1,0 +1,3 @@
+-- an alarm that was raised for an epoch
+SELECT *
+FROM data.alarms

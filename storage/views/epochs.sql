@@ -1,0 +1,3 @@
+-- an epoch: one measuring campaign of a structure
+SELECT *
+FROM data.epochs

@@ -1,0 +1,132 @@
+"""What the views and tables say, as rows of the record classes."""
+
+from collections.abc import Mapping
+from typing import TypeVar
+
+import duckdb
+
+from storage.catalog import read_catalog
+from storage.change import ChangeRow
+from storage.errors import StorageError, UsageError
+from storage.locks import publish_lock
+from storage.parquet import read_rows, rows_from_table, schema_of
+from storage.publish import recover
+from storage.records import (
+    TABLES,
+    AccuracyRow,
+    AlarmRow,
+    EpochRow,
+    RemovalRow,
+    SchemeRow,
+    SliceRow,
+    StageRunRow,
+    StationRow,
+    TiltRow,
+    columns_of,
+)
+from storage.tables import files_of, key_of
+from storage.view_definitions import view_definition
+from storage.workspace import Workspace
+
+Row = TypeVar("Row")
+
+
+def latest_epochs(ws: Workspace) -> list[EpochRow]:
+    """The newest epoch of each structure, whatever became of it."""
+    return _rows(ws, "latest", EpochRow, {}, "structure")
+
+
+def epoch_rows(ws: Workspace, structure: str) -> list[EpochRow]:
+    """The epochs of a structure, the earliest first."""
+    return _rows(ws, "epochs", EpochRow, {"structure": structure}, "epoch_time, epoch")
+
+
+def station_rows(ws: Workspace, structure: str, epoch: str) -> list[StationRow]:
+    """The stations of an epoch."""
+    return _rows(ws, "stations", StationRow, {"structure": structure, "epoch": epoch}, "station")
+
+
+def removal_rows(ws: Workspace, structure: str, epoch: str) -> list[RemovalRow]:
+    """What preprocessing removed in an epoch, in the order in which it did."""
+    return _rows(ws, "removals", RemovalRow, {"structure": structure, "epoch": epoch}, "step")
+
+
+def scheme_rows(ws: Workspace, structure: str, epoch: str) -> list[SchemeRow]:
+    """What became of the schemes of an epoch."""
+    return _rows(ws, "schemes", SchemeRow, {"structure": structure, "epoch": epoch}, "scheme, method")
+
+
+def slice_rows(ws: Workspace, structure: str, epoch: str, scheme: str, method: str) -> list[SliceRow]:
+    """The slices of an epoch under a scheme and method, from the bottom."""
+    chosen = {"structure": structure, "epoch": epoch, "scheme": scheme, "method": method}
+    return _rows(ws, "slices", SliceRow, chosen, "slice_index")
+
+
+def tilt_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[TiltRow]:
+    """The axes of a structure, of one epoch or of all, the earliest first."""
+    return _rows(ws, "tilt", TiltRow, _chosen(structure, epoch), "epoch_time, epoch, scheme, method")
+
+
+def accuracy_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AccuracyRow]:
+    """The comparison of the schemes with the control."""
+    return _rows(ws, "accuracy", AccuracyRow, _chosen(structure, epoch), "epoch, scheme, method, quantity")
+
+
+def change_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[ChangeRow]:
+    """The changes against the reference epoch, the earliest first."""
+    return _rows(ws, "changes", ChangeRow, _chosen(structure, epoch), "epoch_time, epoch, scheme, method")
+
+
+def alarm_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AlarmRow]:
+    """The alarms of a structure, the earliest first."""
+    return _rows(ws, "alarms", AlarmRow, _chosen(structure, epoch), "raised_at, epoch, rule")
+
+
+def run_rows(ws: Workspace, run: str) -> list[StageRunRow]:
+    """The stages of a run, in the order in which they were asked for."""
+    return _rows(ws, "runs", StageRunRow, {"run": run}, "started_at, epoch, stage")
+
+
+def rows_of(ws: Workspace, record: type[Row], structure: str | None = None, part: str | None = None) -> list[Row]:
+    """Rows of a table from its Parquet files, of one structure and one epoch (of runs: one run) or of all.
+
+    For the program itself, between publishing and the next catalog; others read the views.
+
+    Raises
+    ------
+    UsageError
+        If the record class is not that of a table.
+    StorageError
+        If a file is damaged.
+    """
+    tables = [name for name, stored in TABLES.items() if stored is record]
+    if not tables:
+        raise UsageError(f"{record.__name__} is not stored as a table; known: {', '.join(TABLES)}")
+    with publish_lock(ws):
+        recover(ws)
+        paths = [
+            path
+            for path in files_of(ws, tables[0])
+            if structure in (None, key_of(path).structure) and part in (None, key_of(path).epoch)
+        ]
+        return [row for path in paths for row in read_rows(path, tables[0], record)]
+
+
+def _chosen(structure: str, epoch: str | None) -> dict[str, str]:
+    return {"structure": structure} if epoch is None else {"structure": structure, "epoch": epoch}
+
+
+def _rows(ws: Workspace, view: str, record: type[Row], chosen: Mapping[str, str], order: str) -> list[Row]:
+    columns = ", ".join(field.name for field in columns_of(record))
+    where = " AND ".join(f"{column} = ?" for column in chosen) or "true"
+    sql = f"SELECT {columns} FROM main.{view_definition(view).name} WHERE {where} ORDER BY {order}"  # noqa: S608
+    with read_catalog(ws) as connection:
+        try:
+            content = connection.sql(sql, params=list(chosen.values())).to_arrow_table()
+        except duckdb.Error as fault:
+            first_line = str(fault).splitlines()[0]
+            raise StorageError(
+                f"view {view} of {ws.catalog} cannot be read ({first_line}); delete the catalog and run again: "
+                "it is rebuilt from the tables"
+            ) from fault
+    return rows_from_table(content.cast(schema_of(view, record)), record)

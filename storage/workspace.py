@@ -1,0 +1,128 @@
+"""The folder that holds everything of a campaign, and its places."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from storage.atomic import make_folder, write_atomically
+from storage.errors import StorageError
+
+SCHEMA_VERSION: Final = 1
+"""Version of the stored tables and of the layout of a workspace; a newer one is refused."""
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """A folder that holds the artifacts, records, tables and catalog of campaigns."""
+
+    root: Path
+
+    @property
+    def artifacts(self) -> Path:
+        """Arrays and other results of stages, named by their digest."""
+        return self.root / "artifacts"
+
+    @property
+    def records(self) -> Path:
+        """Prefect's results: which artifacts belong to which cache key."""
+        return self.root / "records"
+
+    @property
+    def tables(self) -> Path:
+        """Parquet, one file a table, structure and epoch: the data."""
+        return self.root / "tables"
+
+    @property
+    def runs(self) -> Path:
+        """What belongs to runs: the filled-in settings."""
+        return self.root / "runs"
+
+    @property
+    def prefect(self) -> Path:
+        """PREFECT_HOME of the runs of this workspace."""
+        return self.root / "prefect"
+
+    @property
+    def locks(self) -> Path:
+        """Lock files; they may be deleted when nothing runs."""
+        return self.root / "locks"
+
+    @property
+    def tmp(self) -> Path:
+        """Unfinished work and files set aside; may be deleted when nothing runs."""
+        return self.root / "tmp"
+
+    @property
+    def catalog(self) -> Path:
+        """The DuckDB file that people and dashboards open."""
+        return self.root / "catalog.duckdb"
+
+    @property
+    def journal(self) -> Path:
+        """The renames of a publication that is under way."""
+        return self.root / "publish-journal.json"
+
+    @property
+    def identity(self) -> Path:
+        """The file that says that this folder is a workspace, and of which version."""
+        return self.root / "workspace.json"
+
+
+def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
+    """Open a workspace, and make it if it is not there.
+
+    Raises
+    ------
+    StorageError
+        If the path is a file, cannot be written, or is a workspace of a newer version.
+    """
+    workspace = Workspace(path.expanduser().resolve())
+    if workspace.root.exists() and not workspace.root.is_dir():
+        raise StorageError(f"workspace {workspace.root} needs a folder; it is a file: choose another path")
+    if workspace.identity.exists():
+        _check_version(workspace)
+    else:
+        text = json.dumps({"schema_version": SCHEMA_VERSION, "made_by": made_by}, indent=1)
+        write_atomically(workspace.identity, text.encode() + b"\n")
+    for folder in ("artifacts", "records", "tables", "runs", "prefect", "locks", "tmp"):
+        make_folder(workspace.root / folder)
+    return workspace
+
+
+def existing_workspace(path: Path) -> Workspace:
+    """Open a workspace that must be there.
+
+    Raises
+    ------
+    StorageError
+        If there is none, or it is of a newer version.
+    """
+    workspace = Workspace(path.expanduser().resolve())
+    if not workspace.identity.is_file():
+        raise StorageError(
+            f"no workspace at {workspace.root}: it has no {workspace.identity.name}; process the campaign first "
+            "with `tiltwatch run FILE`, or name the right folder with --workspace"
+        )
+    _check_version(workspace)
+    return open_workspace(workspace.root)
+
+
+def _check_version(workspace: Workspace) -> None:
+    version = _stored_version(workspace)
+    if version > SCHEMA_VERSION:
+        raise StorageError(
+            f"workspace {workspace.root} has schema version {version}; this tiltwatch reads up to "
+            f"{SCHEMA_VERSION}: use a newer tiltwatch, or another folder with --workspace"
+        )
+
+
+def _stored_version(workspace: Workspace) -> int:
+    try:
+        content = json.loads(workspace.identity.read_bytes())
+        return int(content["schema_version"])
+    except (OSError, ValueError, KeyError, TypeError) as fault:
+        raise StorageError(
+            f"{workspace.identity} is damaged: needed is a JSON object with schema_version; restore the file, or "
+            f'write {{"schema_version": {SCHEMA_VERSION}}} into it'
+        ) from fault

@@ -1,0 +1,128 @@
+"""The state of a structure in an epoch: what was found, against which limit, how it changed, how good the data are."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+from storage.records import AlarmRow, EpochRow, TiltRow
+from storage.views import ChangeRow, alarm_rows, change_rows, epoch_rows, tilt_rows
+from storage.workspace import Workspace
+
+COVERAGE: Final = 2.0
+"""Expanded uncertainties are stated for k = 2, about 95 %."""
+
+ACTIVE_ALARMS: Final = ("new", "acknowledged")
+
+
+class Level(IntEnum):
+    """How grave the state is; the highest wins."""
+
+    OK = 0
+    QUALITY = 1
+    WARNING = 2
+    ALARM = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why a state is not ok, and how grave that is."""
+
+    level: Level
+    what: str
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """State of a structure in an epoch under the primary scheme and method.
+
+    ``tilt`` is None where the primary gave no axis; ``change`` where the epoch is the reference, or one of the
+    two has no axis.
+    """
+
+    epoch: EpochRow
+    primary: tuple[str, str]
+    tilt: TiltRow | None
+    change: ChangeRow | None
+    reasons: tuple[Reason, ...]
+
+    @property
+    def level(self) -> Level:
+        """The gravest of the reasons."""
+        return max((reason.level for reason in self.reasons), default=Level.OK)
+
+    @property
+    def deviation_u_m(self) -> float | None:
+        """Expanded uncertainty (k = 2) of the deviation [m]."""
+        sigma = self.tilt.deviation_sigma_m if self.tilt else None
+        return None if sigma is None else COVERAGE * sigma
+
+    @property
+    def change_u_m(self) -> float | None:
+        """Expanded uncertainty (k = 2) of the movement since the reference [m]."""
+        sigma = self.change.sigma_top_m if self.change else None
+        return None if sigma is None else COVERAGE * sigma
+
+
+def conditions(workspace: Workspace, structure: str, primary: tuple[str, str]) -> list[Condition]:
+    """State of every stored epoch of a structure, the earliest first.
+
+    Raises
+    ------
+    StorageError
+        If the catalog cannot be read.
+    """
+    scheme_method = (primary[0], primary[1])
+    tilts = {
+        row.epoch: row for row in tilt_rows(workspace, structure) if (row.scheme, row.method) == scheme_method
+    }
+    changes = {
+        row.epoch: row
+        for row in change_rows(workspace, structure)
+        if (row.scheme, row.method) == scheme_method
+    }
+    alarms = [row for row in alarm_rows(workspace, structure) if row.state in ACTIVE_ALARMS]
+    return [
+        _condition(epoch, scheme_method, tilts.get(epoch.epoch), changes.get(epoch.epoch), alarms)
+        for epoch in epoch_rows(workspace, structure)
+    ]
+
+
+def _condition(
+    epoch: EpochRow,
+    primary: tuple[str, str],
+    tilt: TiltRow | None,
+    change: ChangeRow | None,
+    alarms: list[AlarmRow],
+) -> Condition:
+    reasons = [*_quality(epoch, primary, tilt), *_verdict(tilt), *_moved(change)]
+    for alarm in alarms:
+        if alarm.epoch == epoch.epoch and alarm.severity in _BY_SEVERITY:
+            reasons.append(Reason(_BY_SEVERITY[alarm.severity], f"rule {alarm.rule}"))
+    return Condition(epoch, primary, tilt, change, tuple(reasons))
+
+
+_BY_SEVERITY: Final = {"warning": Level.WARNING, "alarm": Level.ALARM}
+
+
+def _quality(epoch: EpochRow, primary: tuple[str, str], tilt: TiltRow | None) -> list[Reason]:
+    reasons = []
+    if epoch.state != "ok":
+        because = f": {epoch.reason}" if epoch.reason else ""
+        reasons.append(Reason(Level.QUALITY, f"the epoch is {epoch.state}{because}"))
+    if tilt is None:
+        reasons.append(Reason(Level.QUALITY, f"the primary {primary[0]}/{primary[1]} gave no axis"))
+    return reasons
+
+
+def _verdict(tilt: TiltRow | None) -> list[Reason]:
+    if tilt is not None and tilt.verdict == "fail":
+        return [Reason(Level.ALARM, "the deviation is above its limit")]
+    if tilt is not None and tilt.verdict == "cannot tell":
+        return [Reason(Level.WARNING, "the limit lies within the uncertainty of the deviation")]
+    return []
+
+
+def _moved(change: ChangeRow | None) -> list[Reason]:
+    if change is not None and change.significant:
+        return [Reason(Level.WARNING, f"the change since {change.reference_epoch} is significant")]
+    return []

@@ -1,0 +1,61 @@
+"""From an adjusted circle to a contour with an honest covariance."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tasks.contours.circle import Circle, arc_coverage_deg
+from tasks.contours.circle_adjustment import circle_jacobian
+from tasks.contours.section import Contour
+from tasks.contours.straightening import StraightSection
+from tasks.geometry.failure import FitFailure
+
+LOOSEST_CENTRE: Final = 0.25
+"""A centre less certain than this part of the radius is no centre: linear error laws end there."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scatter:
+    """How the residuals of a fit scatter.
+
+    Attributes
+    ----------
+    used : (n,) bool array
+        Points with a weight above zero.
+    variance_m2 : float
+        Variance per point that goes with the unweighted normal matrix of the used points, square metres.
+    rmse_m : float
+        Root mean square residual of the used points, metres.
+    """
+
+    used: NDArray[np.bool_]
+    variance_m2: float
+    rmse_m: float
+
+
+def contour_of(section: StraightSection, circle: Circle, scatter: Scatter) -> Contour | FitFailure:
+    """Make a contour of a circle that was adjusted, or say that the arc is too short for a centre."""
+    used_xy = section.xy_m[scatter.used]
+    coverage = arc_coverage_deg(used_xy, circle)
+    jacobian = circle_jacobian(section, circle)[scatter.used]
+    normal = jacobian.T @ jacobian
+    if np.linalg.cond(normal) > 1 / np.finfo(float).eps:
+        return FitFailure(f"arc too short for a centre: {coverage:g} deg of the circumference have points")
+    covariance = np.asarray(scatter.variance_m2 * np.linalg.inv(normal)[:2, :2], dtype=np.float64)
+    sigma = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+    if sigma > LOOSEST_CENTRE * circle.radius_m:
+        return FitFailure(
+            f"arc too short for a centre: {coverage:g} deg of the circumference have points, which fixes the centre "
+            f"to {sigma:.3g} m at a radius of {circle.radius_m:.3g} m"
+        )
+    return Contour(
+        center_east_m=float(section.origin_m[0] + circle.east_m),
+        center_north_m=float(section.origin_m[1] + circle.north_m),
+        radius_m=circle.radius_m,
+        covariance_m2=covariance,
+        rmse_m=scatter.rmse_m,
+        n_used=int(scatter.used.sum()),
+        arc_coverage_deg=coverage,
+    )

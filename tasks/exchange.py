@@ -1,0 +1,66 @@
+"""Plain JSON for the dataclasses that travel between stages, and back: exact to the last bit.
+
+Only what the stages use is known: dataclasses, arrays of float64, tuples, numbers, text, None.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from tasks.produced import Json
+
+T = TypeVar("T")
+
+
+def plain(value: object) -> Json:
+    """Plain JSON of a value; a Python float and its JSON text are the same number.
+
+    Raises
+    ------
+    TypeError
+        If the value, or a part of it, is of a kind that does not travel.
+    """
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray):
+        return cast("Json", value.tolist())
+    if isinstance(value, tuple | list):
+        return [plain(item) for item in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+    raise TypeError(f"a {type(value).__name__} does not travel between stages")
+
+
+def rebuild(kind: type[T], value: object) -> T:
+    """Build a dataclass from what ``plain`` made of one.
+
+    Raises
+    ------
+    TypeError
+        If the value does not fit the dataclass.
+    """
+    if not isinstance(value, Mapping):
+        raise TypeError(f"{kind.__name__} needs an object, got {type(value).__name__}")
+    hints = get_type_hints(kind)
+    names = {field.name for field in fields(cast("Any", kind))}
+    if names != set(value):
+        raise TypeError(f"{kind.__name__} needs {sorted(names)}, got {sorted(value)}")
+    return kind(**{name: _of_hint(hints[name], value[name]) for name in names})
+
+
+def _of_hint(hint: Any, value: object) -> object:
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return None if value is None else _of_hint(next(t for t in inner if t is not NoneType), value)
+    if origin is np.ndarray:
+        return np.array(value, dtype=np.float64)
+    if origin is tuple:
+        items = cast("list[object]", value)
+        kinds = [inner[0]] * len(items) if inner[-1] is Ellipsis else list(inner)
+        return tuple(_of_hint(k, item) for k, item in zip(kinds, items, strict=True))
+    if is_dataclass(hint):
+        return rebuild(cast("type", hint), value)
+    return value

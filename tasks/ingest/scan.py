@@ -1,0 +1,104 @@
+"""What a scan is, what is asked of it, and what a reader must offer."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Coordinates = Literal["cartesian", "polar"]
+LengthUnit = Literal["metre", "foot", "US survey foot"]
+
+METRES_PER_UNIT: Final[Mapping[LengthUnit, float]] = MappingProxyType(
+    {"metre": 1.0, "foot": 0.3048, "US survey foot": 1200.0 / 3937.0}
+)
+
+COLUMN_NAMES: Final[Mapping[Coordinates, tuple[str, str, str]]] = MappingProxyType(
+    {"cartesian": ("x", "y", "z"), "polar": ("s", "alpha", "omega")}
+)
+"""Names of the three columns, lower case."""
+
+
+@dataclass(frozen=True, slots=True)
+class ScanRequest:
+    """What the campaign file says about a scan.
+
+    ``origin_m`` is subtracted first, in the axes of the file; ``swap_axes`` then turns north, east, up into
+    east, north, up. A station's cloud in its scanner frame has neither. ``unit`` is what the campaign states
+    for the file; a file whose own coordinate system states another one is refused.
+    """
+
+    coordinates: Coordinates = "cartesian"
+    origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    swap_axes: bool = False
+    unit: LengthUnit = "metre"
+
+
+@dataclass(frozen=True, slots=True)
+class Scan:
+    """The points of one file, checked.
+
+    ``points_m`` is an (n, 3) C-contiguous float64 array: scanner frame, or site frame for a registered cloud.
+    ``n_in_file`` counts the records of the file; those without a return are in it, but not in ``points_m``.
+    ``notes`` are warnings worth telling, each a lower-case clause without the file's name.
+    """
+
+    points_m: NDArray[np.float64]
+    n_in_file: int
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Corners of a box, (3,) each; that of a header is as in the file: no origin off, no axes swapped."""
+
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+def box_of(values: NDArray[np.float64]) -> Bounds:
+    """Box around records (n, 3); column by column, which is ten times faster than ``min(axis=0)``."""
+    columns = values.T
+    return Bounds(
+        np.array([column.min() for column in columns]), np.array([column.max() for column in columns])
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class ScanHeader:
+    """What can be said of a file without reading its points; ``n_points`` is None where only reading tells."""
+
+    format: str
+    n_points: int | None
+    size_bytes: int
+    bounds: Bounds | None
+
+
+@dataclass(frozen=True, slots=True)
+class RawScan:
+    """The records of a file as they stand in it.
+
+    ``values`` is (n, 3): x, y, z, or range, horizontal angle and elevation in degrees.
+    ``step`` is the coarsest step in which the file can store a coordinate, in its own unit, where it says so.
+    """
+
+    values: NDArray[np.float64]
+    step: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reader:
+    """A file format: one file in this folder with a module-level ``READER``.
+
+    ``suffixes`` are lower case with the dot. ``describe`` reads headers only. ``read`` returns every record that
+    the file claims, or raises InputError; it never returns fewer.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    describe: Callable[[Path, ScanRequest], ScanHeader]
+    read: Callable[[Path, ScanRequest], RawScan]

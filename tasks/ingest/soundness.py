@@ -1,0 +1,166 @@
+"""Whether the numbers of a scan are possible, and fine enough for a lean of millimetres."""
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from storage.errors import InputError
+from tasks.ingest.scan import box_of
+
+LONGEST_EXTENT_M: Final = 10_000.0
+"""No terrestrial scanner reaches farther; what is larger is in another unit, or not such a scan."""
+
+COARSE_STEP_M: Final = 0.002
+"""A coordinate grid that adds visibly to a scanner's noise of some millimetres."""
+
+HOPELESS_STEP_M: Final = 0.05
+"""A coordinate grid on which a lean of millimetres cannot be seen."""
+
+LARGEST_NUMBER: Final = 1e12
+"""Beyond any coordinate on earth in any unit; keeps the arithmetic below from overflowing."""
+
+SAMPLE_POINTS: Final = 100_000
+"""Enough for quantiles and for the smallest step, whatever the size of the cloud."""
+
+FEWEST_FOR_STEP: Final = 1000
+"""With fewer points, or a tenth as many distinct values, a gap between neighbours says nothing about a grid."""
+
+WHOLE: Final = 0.01
+"""A number is whole within this."""
+
+MOST: Final = 0.99
+"""This share of all gaps must be whole steps, or there is no grid."""
+
+SMALLEST_STEP_M: Final = 1e-7
+"""Smaller gaps are rounding."""
+
+
+def check_finite(path: Path, values: NDArray[np.float64]) -> None:
+    """Refuse records (n, 3) that are not all finite, or too large for any coordinate.
+
+    Raises
+    ------
+    InputError
+        With the number of records that are not.
+    """
+    box = box_of(values)
+    low, high = float(box.low.min()), float(box.high.max())
+    if low > -LARGEST_NUMBER and high < LARGEST_NUMBER:
+        return
+    n_bad = int(np.count_nonzero(~np.isfinite(values).all(axis=1)))
+    if n_bad:
+        raise InputError(
+            f"{path}: needs finite coordinates, came {n_bad} of {len(values)} points with NaN or infinity; "
+            "remove those points, or export again without points that have no return"
+        )
+    raise InputError(
+        f"{path}: needs coordinates in metres, came numbers from {low:.3g} to {high:.3g}; "
+        "the file is damaged or in another format, export it again"
+    )
+
+
+def without_empty_returns(
+    path: Path, values: NDArray[np.float64], is_empty: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Records (n, 3) without those (n,) that stand for a beam without a return, and a note that counts them.
+
+    Raises
+    ------
+    InputError
+        If none is left.
+    """
+    n_empty = int(np.count_nonzero(is_empty))
+    if n_empty == 0:
+        return values, ()
+    if n_empty == len(values):
+        raise InputError(
+            f"{path}: needs points, came {n_empty} that all lie at (0, 0, 0); export again, in double precision"
+        )
+    return values[~is_empty], (
+        f"{n_empty} of {len(values)} records lie at (0, 0, 0): beams without a return, left out",
+    )
+
+
+def check_extent(path: Path, points_m: NDArray[np.float64]) -> tuple[str, ...]:
+    """Notes on the place and size of a cloud (n, 3).
+
+    Raises
+    ------
+    InputError
+        If all points coincide, or 98 % of them fill more than a scanner can reach.
+    """
+    box = box_of(points_m)
+    if len(points_m) > 1 and np.all(box.low == box.high):
+        raise InputError(
+            f"{path}: needs points at different places, came {len(points_m)} that all lie at "
+            f"({box.low[0]:g}, {box.low[1]:g}, {box.low[2]:g}); export again, in double precision"
+        )
+    bulk = np.quantile(_sample(points_m), (0.01, 0.99), axis=0)
+    extent_m = float((bulk[1] - bulk[0]).max())
+    if extent_m > LONGEST_EXTENT_M:
+        raise InputError(
+            f"{path}: needs a cloud in metres of at most {LONGEST_EXTENT_M / 1000:g} km, came an extent of "
+            f"{extent_m:.4g}; export it in metres (millimetres?), or crop it to the surroundings of the structure"
+        )
+    distance_m = float(np.linalg.norm(bulk.mean(axis=0)))
+    if distance_m > LONGEST_EXTENT_M:
+        return (
+            f"the points lie {distance_m / 1000:.4g} km from the origin: is origin_m of the campaign file right?",
+        )
+    return ()
+
+
+def check_step(path: Path, points_m: NDArray[np.float64], stored_step_m: float | None) -> tuple[str, ...]:
+    """Notes on the grid on which the coordinates lie.
+
+    Parameters
+    ----------
+    points_m : (n, 3) array
+        Before the origin is subtracted: a grid shows in the numbers as stored.
+    stored_step_m : float or None
+        What the file itself says: the scale factor of a LAS file.
+
+    Raises
+    ------
+    InputError
+        If the grid is coarser than 5 cm.
+    """
+    step_m = max(stored_step_m or 0.0, horizontal_step(points_m))
+    if step_m > HOPELESS_STEP_M:
+        raise InputError(
+            f"{path}: needs coordinates finer than {HOPELESS_STEP_M * 1000:g} mm, came steps of {step_m * 1000:.3g} mm; "
+            "export again in double precision, or with a scale factor of 0.0001"
+        )
+    if step_m > COARSE_STEP_M:
+        return (f"coordinates come in steps of {step_m * 1000:.3g} mm: export with a scale factor of 0.0001",)
+    return ()
+
+
+def horizontal_step(points_m: NDArray[np.float64]) -> float:
+    """Coarser of the grids of x and of y, 0 if the points (n, 3) show none.
+
+    Single precision far from the origin gives itself away by this, too. Heights may be on a grid by design.
+    """
+    sample = _sample(points_m)
+    if len(sample) < FEWEST_FOR_STEP:
+        return 0.0
+    return max(_grid_step(sample[:, 0]), _grid_step(sample[:, 1]))
+
+
+def _grid_step(values: NDArray[np.float64]) -> float:
+    distinct = np.unique(values)
+    if len(distinct) < FEWEST_FOR_STEP // 10:
+        return 0.0
+    gaps = np.diff(distinct)
+    gaps = gaps[gaps > SMALLEST_STEP_M]
+    if len(gaps) == 0:
+        return 0.0
+    in_steps = gaps / gaps.min()
+    is_grid = np.mean(np.abs(in_steps - np.round(in_steps)) < WHOLE) > MOST
+    return float(gaps.min()) if is_grid else 0.0
+
+
+def _sample(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    return points_m[:: max(1, len(points_m) // SAMPLE_POINTS)]

@@ -1,0 +1,135 @@
+"""From the campaign file to what each stage is asked: the only place where settings meet stages."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from storage.errors import InputError
+from tasks.evaluation import Occasion, ReferenceLean, Standard
+from tasks.ingest import ScanRequest
+from tasks.methods import Method, methods_of
+from tasks.preprocessing import ShaftOptions, StructurePrior
+from tasks.registration import InstrumentSigmas
+from tasks.settings import Campaign, Epoch
+from tasks.slicing import SCHEMES, SlicingScheme, user_scheme
+
+REGISTERED: Final = "registered"
+"""Stands as station id for a cloud that comes registered."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedScan:
+    """A scan file and how to read and place it; no position for a cloud that is registered."""
+
+    station: str
+    path: Path
+    request: ScanRequest
+    position_m: tuple[float, float, float] | None
+    heading_rad: float
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedAxis:
+    """A scheme and a method to measure it with."""
+
+    scheme: SlicingScheme
+    method: Method
+
+    @property
+    def label(self) -> str:
+        """Scheme/method, as in the ledger."""
+        return f"{self.scheme.name}/{self.method.name}"
+
+
+def plan_scans(campaign: Campaign, epoch: Epoch) -> list[PlannedScan]:
+    """List the scans of an epoch in the order of the file.
+
+    Raises
+    ------
+    InputError
+        If a path leaves the campaign's folder.
+    """
+    frame = campaign.frame
+    if epoch.registered is not None:
+        request = ScanRequest(origin_m=frame.origin_m, swap_axes=frame.swaps_axes)
+        return [PlannedScan(REGISTERED, campaign.scan_path(epoch.registered), request, None, 0.0)]
+    return [
+        PlannedScan(
+            station=station.id,
+            path=campaign.scan_path(station.scan),
+            request=ScanRequest(coordinates=station.coordinates),
+            position_m=frame.site_position_m(station.position_m),
+            heading_rad=float(np.radians(station.heading_deg)),
+        )
+        for station in epoch.stations
+    ]
+
+
+def plan_axes(campaign: Campaign, names: Sequence[str] = ()) -> list[PlannedAxis]:
+    """List schemes and methods to measure: all, or those of the schemes named.
+
+    Raises
+    ------
+    InputError
+        If a name is not that of a scheme; the message lists the known ones.
+    """
+    schemes = dict(_schemes(campaign))
+    unknown = [name for name in names if name not in schemes]
+    if unknown:
+        raise InputError(f"unknown slicing scheme {unknown[0]!r}; known: {', '.join(sorted(schemes))}")
+    chosen = [scheme for name, scheme in schemes.items() if not names or name in names]
+    return [PlannedAxis(scheme, method) for scheme in chosen for method in methods_of(scheme)]
+
+
+def _schemes(campaign: Campaign) -> Iterator[tuple[str, SlicingScheme]]:
+    yield from SCHEMES.items()
+    for name, own in campaign.schemes.items():
+        yield name, user_scheme(name, own.interval_m, own.heights_m, own.thickness_m)
+
+
+def plan_sigmas(campaign: Campaign) -> InstrumentSigmas:
+    """Priors of the adjustment, from what the maker states."""
+    instrument = campaign.instrument
+    return InstrumentSigmas(
+        position_m=instrument.position_sigma_m,
+        heading_rad=float(np.radians(instrument.heading_sigma_deg)),
+        level_rad=float(np.radians(instrument.level_sigma_deg)),
+    )
+
+
+def plan_prior(campaign: Campaign) -> StructurePrior:
+    """What is roughly known of the structure, in the site frame."""
+    structure = campaign.structure
+    first, second = structure.base_xy_m
+    return StructurePrior(
+        kind=structure.kind,
+        shaft_z_m=structure.shaft_z_m,
+        base_xy_m=(second, first) if campaign.frame.swaps_axes else (first, second),
+        radius_m=structure.radius_m,
+    )
+
+
+def plan_options(campaign: Campaign) -> ShaftOptions:
+    """Options of the isolation of the shaft; what the file leaves out is the stage's own default."""
+    voxel_m = campaign.preprocessing.voxel_m
+    return ShaftOptions() if voxel_m is None else ShaftOptions(voxel_m=voxel_m)
+
+
+def plan_standard(campaign: Campaign, epoch: Epoch) -> Standard:
+    """What the results of an epoch are measured against."""
+    control = campaign.report.control
+    return Standard(
+        height_m=campaign.structure.height_m,
+        limit_table=campaign.limits.table,
+        limit_points_m=campaign.limits.verticality_m,
+        control=(control,) if isinstance(control, str) else tuple(control),
+        references=tuple(ReferenceLean(r.source, r.lean_east, r.lean_north) for r in epoch.references),
+    )
+
+
+def plan_occasion(campaign: Campaign, epoch: Epoch) -> Occasion:
+    """Which structure and epoch."""
+    return Occasion(campaign.structure.id, epoch.id, epoch.time.isoformat())

@@ -1,0 +1,20 @@
+"""Place the scans of an epoch in the site frame by one joint adjustment that keeps the level."""
+
+from tasks.registration.register import register_stations, registered_cloud
+from tasks.registration.station import (
+    InstrumentSigmas,
+    PoseDiagnosis,
+    Registration,
+    StationPose,
+    StationScan,
+)
+
+__all__ = [
+    "InstrumentSigmas",
+    "PoseDiagnosis",
+    "Registration",
+    "StationPose",
+    "StationScan",
+    "register_stations",
+    "registered_cloud",
+]

@@ -1,0 +1,86 @@
+"""The tables [[epochs]], [[epochs.stations]] and [[epochs.references]]: what was measured, when and from where."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, AwareDatetime, Field, model_validator
+
+from tasks.settings.section import SafeId, Section, Triple, problem
+
+FIRST_YEAR, LAST_YEAR = 1960, 2200
+
+LeanComponent = Annotated[float, Field(ge=-1.0, le=1.0)]
+ScanPath = Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+def _plausible(time: AwareDatetime) -> AwareDatetime:
+    if not FIRST_YEAR <= time.year <= LAST_YEAR:
+        raise problem(
+            f"needs a year from {FIRST_YEAR} to {LAST_YEAR}, got {time.year}", "write the time of measuring"
+        )
+    return time
+
+
+class Station(Section):
+    """A set-up of the scanner in an epoch."""
+
+    id: SafeId = Field(description="name of the station; unique in its epoch")
+    scan: ScanPath = Field(description="file of the scan, relative to the campaign file")
+    position_m: Triple = Field(description="scanner's centre in the order of frame.axes, before origin_m [m]")
+    heading_deg: float = Field(
+        ge=-360.0,
+        le=360.0,
+        description="azimuth of the scanner's own +y axis, clockwise from grid north [deg]",
+    )
+    coordinates: Literal["cartesian", "polar"] = Field(
+        default="cartesian",
+        description="what the scan holds: x, y, z in the scanner's frame [m], or polar columns S [m],"
+        " alpha, omega [deg] of eq. 1",
+    )
+
+
+class Reference(Section):
+    """A lean that was measured by other means."""
+
+    source: str = Field(min_length=1, max_length=100, description="how it was measured; unique in its epoch")
+    lean_east: LeanComponent = Field(description="east over up of the axis [1]")
+    lean_north: LeanComponent = Field(description="north over up of the axis [1]")
+    sigma: float = Field(gt=0.0, le=1.0, description="standard deviation of each component [1]")
+
+
+class Epoch(Section):
+    """A measuring campaign: stations, or one registered cloud instead."""
+
+    id: SafeId = Field(description="name of the epoch; unique in the campaign")
+    time: Annotated[AwareDatetime, AfterValidator(_plausible)] = Field(
+        description="time of measuring, with its offset from UTC"
+    )
+    reference: bool = Field(
+        default=False,
+        description="changes are counted from this epoch; the earliest epoch where none says so",
+    )
+    stations: Annotated[tuple[Station, ...], Field(strict=False)] = Field(
+        default=(), description="set-ups of the scanner"
+    )
+    registered: ScanPath | None = Field(
+        default=None,
+        description="file of one cloud that is in the frame already (origin_m and axes apply), instead of stations",
+    )
+    references: Annotated[tuple[Reference, ...], Field(strict=False)] = Field(
+        default=(), description="leans measured by other means; may serve as control"
+    )
+
+    @property
+    def scans(self) -> tuple[str, ...]:
+        """Scan files of the epoch, as the file names them."""
+        return (self.registered,) if self.registered else tuple(station.scan for station in self.stations)
+
+    @model_validator(mode="after")
+    def _stations_or_registered(self) -> Self:
+        if self.stations and self.registered:
+            raise problem("has both stations and a registered cloud", "keep one of the two")
+        if not self.stations and not self.registered:
+            raise problem(
+                "has neither stations nor a registered cloud",
+                'add [[epochs.stations]] tables, or registered = "FILE"',
+            )
+        return self

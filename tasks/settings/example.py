@@ -1,0 +1,150 @@
+"""A commented campaign file to begin with, for every kind of structure."""
+
+import re
+from dataclasses import dataclass
+from typing import Final, get_args
+
+from storage.errors import UsageError
+from tasks.settings.problems import nearest
+from tasks.settings.structure import Kind
+
+KINDS: Final[tuple[str, ...]] = get_args(Kind)
+"""What a structure can be."""
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Size of a usual structure of a kind, and how far away its scanner stands; metres."""
+
+    height_m: float
+    radius_m: tuple[float, float]
+    distance_m: float
+
+
+SIZES: Final = {
+    "chimney": Size(102.0, (4.6, 2.7), 230.0),
+    "tower": Size(60.0, (4.0, 3.0), 140.0),
+    "silo": Size(35.0, (6.0, 6.0), 80.0),
+    "tank": Size(15.0, (12.0, 12.0), 50.0),
+    "mast": Size(40.0, (0.5, 0.2), 60.0),
+    "column": Size(12.0, (0.8, 0.8), 25.0),
+    "stem": Size(20.0, (0.25, 0.15), 15.0),
+    "square-tower": Size(45.0, (4.0, 4.0), 100.0),
+}
+
+TEMPLATE: Final = """\
+# A campaign of tiltwatch: one structure, measured at several times.
+# `tiltwatch check FILE` checks this file, `tiltwatch schema` prints all keys with bounds and meaning.
+schema_version = 1
+
+[structure]
+id = "{kind}-01"                      # names files and tables: letters, digits, dots, underscores, hyphens
+name = "Our {kind}"
+kind = "{kind}"                       # {kinds}
+height_m = {height}                   # H: the verticality deviation is stated at this height
+shaft_z_m = [{low}, {height}]         # lower and upper end of the part that is sliced
+base_xy_m = [0.0, 0.0]                # rough position of the foot; a prior only
+radius_m = [{bottom}, {top}]          # rough radius at the two ends of shaft_z_m; a prior only{side}
+
+[frame]
+axes = "ENU"                          # order of x, y, z of positions: ENU (east, north, up) or NEU
+horizontal = "local"                  # or a projected system such as "EPSG:32650", with origin_m near the foot
+origin_m = [0.0, 0.0, 0.0]            # subtracted from positions before any work
+
+[instrument]                          # what the maker states, as standard deviations
+range_sigma_m = 0.005                 # at 100 m
+angle_sigma_deg = 0.001
+level_sigma_deg = 0.0008
+position_sigma_m = [0.015, 0.0225]    # of station positions, horizontal and vertical
+heading_sigma_deg = 0.15
+
+[[epochs]]
+id = "2025-03"
+time = 2025-03-14T06:00:00+08:00      # with its offset from UTC
+reference = true                      # changes are counted from this epoch
+{stations}
+# The next time of measuring. Instead of stations, one cloud that is in the frame already:
+# [[epochs]]
+# id = "2026-03"
+# time = 2026-03-11T06:00:00+08:00
+# registered = "2026-03/merged.laz"
+
+# A lean that was measured by other means, in the epoch above it; may serve as control:
+# [[epochs.references]]
+# source = "total station"
+# lean_east = 0.00726
+# lean_north = -0.00571
+# sigma = 0.00005                     # of each component
+
+# A slicing scheme of your own beside A to F and S:
+# [schemes.G]
+# interval_m = {interval}                      # or heights_m = [{low}, {height}]
+
+# How far from plumb it may be; without limits the verdict is "no limit":
+# [limits]
+# table = "{table}"       # or points of your own, [height, deviation]:
+# verticality_m = [[{half}, {half_limit}], [{height}, {limit}]]
+
+[report]
+primary = ["A", "robust"]             # the verdict comes from this scheme and method
+control = ["F", "paper"]              # relative errors are counted against this
+
+# [files]
+# roots = ["/data/scans"]             # folders outside this one that scans may come from
+"""
+
+COMMENT: Final = re.compile(r"^((?:# )?[a-z_]+ = \S.*?) +(# .*)$", re.MULTILINE)
+COMMENT_COLUMN: Final = 42
+
+STATION: Final = """
+[[epochs.stations]]
+id = "{id}"
+scan = "2025-03/{id}.laz"
+position_m = [{east}, {north}, 1.6]   # scanner's centre
+heading_deg = {heading}                   # azimuth of the scanner's own +y axis, clockwise from north
+"""
+
+AZIMUTH_SIGNS: Final = ((0, 1), (1, 0), (0, -1), (-1, 0))
+"""Four stations round the structure: north, east, south, west."""
+
+
+def example_campaign(kind: str) -> str:
+    """Write a commented campaign file of a kind; it passes ``load_campaign`` as it stands.
+
+    Raises
+    ------
+    UsageError
+        If there is no such kind; the message names the nearest one.
+    """
+    if kind not in KINDS:
+        raise UsageError(f"unknown kind {kind!r}; {nearest(kind, KINDS)}")
+    size = SIZES[kind]
+    text = TEMPLATE.format(
+        kind=kind,
+        kinds=" | ".join(KINDS),
+        height=size.height_m,
+        half=size.height_m / 2,
+        low=max(round(size.height_m / 50.0, 1), 0.3),
+        bottom=size.radius_m[0],
+        top=size.radius_m[1],
+        side=" (half the side)" if kind == "square-tower" else "",
+        stations="".join(_station(number, size.distance_m) for number in range(len(AZIMUTH_SIGNS))),
+        interval=round(size.height_m / 40.0, 2),
+        table="bre-digest-475",
+        limit=round(size.height_m / 1000.0, 3),
+        half_limit=round(size.height_m / 2000.0, 4),
+    )
+    return _aligned(text)
+
+
+def _aligned(text: str) -> str:
+    """Put the comments behind values into one column."""
+    return COMMENT.sub(lambda line: f"{line[1]:<{COMMENT_COLUMN}}{line[2]}", text)
+
+
+def _station(number: int, distance_m: float) -> str:
+    east, north = AZIMUTH_SIGNS[number]
+    heading = (180 + 90 * number) % 360
+    return STATION.format(
+        id=f"ST{number + 1:02d}", east=east * distance_m, north=north * distance_m, heading=f"{heading:.1f}"
+    )

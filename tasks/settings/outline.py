@@ -1,0 +1,85 @@
+"""Names and paths of a campaign file, readable even where other parts of it are wrong."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from tasks.settings.problems import place
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A text of the file and the place where it stands."""
+
+    where: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class EpochOutline:
+    """Names and scans of one epoch."""
+
+    where: str
+    is_reference: bool
+    stations: tuple[Named, ...]
+    sources: tuple[Named, ...]
+    scans: tuple[Named, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outline:
+    """Names and scans of a campaign file."""
+
+    epochs: tuple[EpochOutline, ...]
+    epoch_ids: tuple[Named, ...]
+    schemes: tuple[str, ...]
+    roots: tuple[str, ...]
+
+
+def outline_of(raw: Mapping[str, object]) -> Outline:
+    """Read the names and paths that are there and are texts."""
+    epochs = tuple(_tables(raw, ("epochs",)))
+    schemes = raw.get("schemes")
+    files = raw.get("files")
+    roots = files.get("roots") if isinstance(files, Mapping) else None
+    return Outline(
+        epochs=tuple(_epoch(raw, location, epoch) for location, epoch in epochs),
+        epoch_ids=tuple(_texts(raw, epochs, "id")),
+        schemes=tuple(schemes) if isinstance(schemes, Mapping) else (),
+        roots=tuple(root for root in roots if isinstance(root, str)) if isinstance(roots, list) else (),
+    )
+
+
+Location = tuple[str | int, ...]
+Table = tuple[Location, Mapping[str, object]]
+
+
+def _epoch(raw: Mapping[str, object], location: Location, epoch: Mapping[str, object]) -> EpochOutline:
+    stations = list(_tables(raw, (*location, "stations")))
+    return EpochOutline(
+        where=place(raw, location),
+        is_reference=epoch.get("reference") is True,
+        stations=tuple(_texts(raw, stations, "id")),
+        sources=tuple(_texts(raw, list(_tables(raw, (*location, "references"))), "source")),
+        scans=(*_texts(raw, stations, "scan"), *_texts(raw, [(location, epoch)], "registered")),
+    )
+
+
+def _tables(raw: object, location: Location) -> Iterator[Table]:
+    here = raw
+    for step in location:
+        if isinstance(here, Mapping):
+            here = here.get(step)
+        elif isinstance(here, Sequence) and isinstance(step, int):
+            here = here[step]
+    if not isinstance(here, list):
+        return
+    for number, item in enumerate(here):
+        if isinstance(item, Mapping):
+            yield (*location, number), item
+
+
+def _texts(raw: object, tables: Sequence[Table], key: str) -> Iterator[Named]:
+    for location, table in tables:
+        value = table.get(key)
+        if isinstance(value, str):
+            yield Named(place(raw, (*location, key)), value)

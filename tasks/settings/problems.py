@@ -1,0 +1,195 @@
+"""What is wrong with a campaign file, said line by line: where, what, and what to do."""
+
+import difflib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import date
+from types import UnionType
+from typing import Annotated, Final, Union, get_args, get_origin
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from tasks.settings.section import PROBLEM
+
+Location = tuple[str | int, ...]
+
+PLAIN: Final = {
+    "missing": "is required",
+    "timezone_aware": "needs an offset from UTC",
+    "datetime_type": "needs a date and time with an offset from UTC, without quotes",
+    "string_type": "needs a text in quotes",
+    "float_type": "needs a number",
+    "int_type": "needs a whole number",
+    "bool_type": "needs true or false",
+    "finite_number": "needs a finite number",
+    "tuple_type": "needs an array",
+    "model_type": "needs a table",
+    "dict_type": "needs a table",
+    "string_pattern_mismatch": "needs 1 to 64 letters, digits, dots, underscores and hyphens,"
+    " a letter or digit first",
+}
+UNION_TAGS: Final = {"pair", "source"}
+"""Members of unions in the models; pydantic puts them into the places of errors."""
+
+TIME_HINT: Final = "write it as 2025-03-14T06:00:00+08:00"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with a campaign file."""
+
+    where: str
+    what: str
+    hint: str = ""
+
+    def line(self, file: str) -> str:
+        """Say it as ``FILE: where: what; hint``."""
+        parts = [file, self.where] if self.where else [file]
+        return ": ".join([*parts, self.what]) + (f"; {self.hint}" if self.hint else "")
+
+
+def problems_of(
+    error: ValidationError, raw: Mapping[str, object], root: type[BaseModel]
+) -> Iterator[Problem]:
+    """List what pydantic found, in the words of the campaign file."""
+    for details in error.errors(include_url=False):
+        location = _within(raw, details["loc"])
+        yield _problem(details, location, raw, root)
+
+
+def place(raw: object, location: Location) -> str:
+    """Name a place in the file; items of lists by their id where they have one, else by their number."""
+    words: list[str] = []
+    here = raw
+    for step in location:
+        above, here = here, _step(here, step)
+        if isinstance(step, int):
+            words[-1] += f"[{_label(above, step)}]"
+        else:
+            words.append(step)
+    return ".".join(words)
+
+
+def _label(items: object, number: int) -> str:
+    """Id of an item; its number where it has none, and both where its neighbour has the same."""
+    ids = [_step(item, "id") for item in items] if isinstance(items, list) else []
+    name = ids[number] if number < len(ids) else None
+    if not isinstance(name, str):
+        return f"#{number + 1}"
+    return name if ids.count(name) == 1 else f"#{number + 1} {name}"
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Say which known name was probably meant, or which there are."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
+    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
+
+
+def _problem(
+    details: ErrorDetails, location: Location, raw: Mapping[str, object], root: type[BaseModel]
+) -> Problem:
+    kind, where = details["type"], place(raw, location)
+    context = details.get("ctx", {})
+    if kind == PROBLEM:
+        return Problem(where, context["what"], context["hint"])
+    if kind == "extra_forbidden":
+        return Problem(where, "unknown key", _known_keys(root, location))
+    what = PLAIN.get(kind) or details["msg"].replace("Input should", "should").replace(
+        "String should", "should"
+    )
+    if kind != "missing":
+        what += f", got {_shown(details['input'])}"
+    if kind in {"timezone_aware", "datetime_type"}:
+        return Problem(where, what, TIME_HINT)
+    return Problem(where, what, _meaning(root, location))
+
+
+def _within(raw: object, location: Location) -> Location:
+    """Drop the steps that pydantic adds for the members of a union: they are not in the file."""
+    steps: list[str | int] = []
+    for number, step in enumerate(location):
+        below = _step(raw, step)
+        if below is None and number < len(location) - 1:
+            continue
+        if below is None and step in UNION_TAGS:
+            continue
+        steps.append(step)
+        raw = below
+    return tuple(steps)
+
+
+def _step(raw: object, step: str | int) -> object:
+    if isinstance(raw, Mapping):
+        return raw.get(step)
+    if isinstance(raw, Sequence) and not isinstance(raw, str) and isinstance(step, int) and step < len(raw):
+        return raw[step]
+    return None
+
+
+def _known_keys(root: type[BaseModel], location: Location) -> str:
+    *above, name = location
+    model = _model_at(root, tuple(above))
+    known = list(model.model_fields) if model else []
+    close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    home = next((table for table, child in _tables(root) if name in child.model_fields), None)
+    if home is not None:
+        return f"{name!r} belongs to [{home}]"
+    return f"known: {', '.join(known)}"
+
+
+def _meaning(root: type[BaseModel], location: Location) -> str:
+    names = [step for step in location if isinstance(step, str)]
+    if not names:
+        return ""
+    end = max(index for index, step in enumerate(location) if isinstance(step, str))
+    model = _model_at(root, location[:end])
+    field = model.model_fields.get(names[-1]) if model else None
+    return f"meaning: {field.description}" if field and field.description else ""
+
+
+def _tables(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, type[BaseModel]]]:
+    for key, field in model.model_fields.items():
+        child = _model_in(field.annotation)
+        if child is not None:
+            table = f"{above}{key}" + (".NAME" if get_origin(field.annotation) is dict else "")
+            yield table, child
+            yield from _tables(child, f"{table}.")
+
+
+def _model_at(root: type[BaseModel], location: Location) -> type[BaseModel] | None:
+    model: type[BaseModel] | None = root
+    passed_table_of_tables = False
+    for step in location:
+        if isinstance(step, int) or model is None:
+            continue
+        if passed_table_of_tables:
+            passed_table_of_tables = False
+            continue
+        field = model.model_fields.get(step)
+        if field is None:
+            return None
+        passed_table_of_tables = get_origin(field.annotation) is dict
+        model = _model_in(field.annotation)
+    return model
+
+
+def _model_in(annotation: object) -> type[BaseModel] | None:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    if get_origin(annotation) in {tuple, dict, Union, UnionType, Annotated}:
+        return next((model for part in get_args(annotation) if (model := _model_in(part))), None)
+    return None
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    if isinstance(value, Mapping):
+        text = "a table"
+    elif isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, date):
+        text = value.isoformat()
+    return text if len(text) <= 60 else text[:57] + "..."

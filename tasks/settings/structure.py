@@ -1,0 +1,49 @@
+"""The table [structure]: what is watched."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from tasks.settings.section import HIGHEST_M, Pair, SafeId, Section, problem
+
+Kind = Literal["chimney", "tower", "silo", "tank", "mast", "column", "stem", "square-tower"]
+"""What a structure can be."""
+
+Height = Annotated[float, Field(ge=-HIGHEST_M, le=HIGHEST_M)]
+Radius = Annotated[float, Field(gt=0.0, le=200.0)]
+
+
+def _lower_first(shaft_z_m: tuple[float, float]) -> tuple[float, float]:
+    low, high = shaft_z_m
+    if low >= high:
+        raise problem(f"needs the lower end first, got [{low:g}, {high:g}]", "write [lower, upper]")
+    return shaft_z_m
+
+
+class Structure(Section):
+    """The structure that is watched, and what is roughly known of it before any scan."""
+
+    id: SafeId = Field(description="name of the structure in files and tables")
+    name: str | None = Field(
+        default=None, max_length=200, description="name for people; the id where it is missing"
+    )
+    kind: Kind = Field(description="what the structure is; decides the shape of its section")
+    height_m: float = Field(
+        gt=0.0, le=HIGHEST_M, description="H: the height at which the verticality deviation is stated [m]"
+    )
+    shaft_z_m: Annotated[tuple[Height, Height], Field(strict=False), AfterValidator(_lower_first)] = Field(
+        description="lower and upper end of the part that is sliced, in the frame [m]"
+    )
+    base_xy_m: Pair = Field(
+        default=(0.0, 0.0),
+        description="rough position of the foot: the first two coordinates in the order of frame.axes, after"
+        " frame.origin_m was subtracted; a prior only [m]",
+    )
+    radius_m: Annotated[tuple[Radius, Radius], Field(strict=False)] = Field(
+        description="rough radius (square-tower: half the side) at the two ends of shaft_z_m; a prior only [m]"
+    )
+
+    @property
+    def title(self) -> str:
+        """Name for people."""
+        return self.name or self.id

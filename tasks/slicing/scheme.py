@@ -1,0 +1,111 @@
+"""What a slicing scheme is, and how a user states one."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from storage.errors import InputError, ShapeError
+
+THICKNESS_M: Final = 0.01
+"""Thickness of a slice in the paper (section 3.3: 1 cm), metres."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlicingScheme:
+    """How a shaft is cut, and how the paper finds the axis from the slices.
+
+    Exactly one of ``interval_m``, ``heights_m`` and ``ends_only`` says where the slices lie.
+
+    Attributes
+    ----------
+    name : str
+        A to F of the paper, or a user's own.
+    description : str
+        One clause for tables and help.
+    interval_m : float or None
+        Distance of neighbouring slices, metres.
+    heights_m : tuple of float or None
+        Mid-heights of the slices in the site frame, ascending, metres.
+    ends_only : bool
+        True for the first and the last slice that fit into the shaft.
+    thickness_m : float
+        Height of a slice, metres.
+    contour, axis : str
+        Names of the contour model and the axis estimator of method ``paper``.
+    """
+
+    name: str
+    description: str
+    interval_m: float | None = None
+    heights_m: tuple[float, ...] | None = None
+    ends_only: bool = False
+    thickness_m: float = THICKNESS_M
+    contour: str = "kasa"
+    axis: str = "irls"
+
+    def __post_init__(self) -> None:
+        stated = (self.interval_m is not None) + (self.heights_m is not None) + self.ends_only
+        if stated != 1:
+            raise ShapeError(
+                f"scheme {self.name!r} needs exactly one of interval_m, heights_m and ends_only, got {stated}"
+            )
+
+
+def user_scheme(
+    name: str,
+    interval_m: float | None = None,
+    heights_m: Sequence[float] | None = None,
+    thickness_m: float = THICKNESS_M,
+) -> SlicingScheme:
+    """Make a scheme of a user's own, by interval or by a list of heights.
+
+    Heights may come in any order; whether they lie in the shaft is checked where the shaft is known, in
+    ``slice_heights``.
+
+    Parameters
+    ----------
+    name : str
+        How tables call it.
+    interval_m : float, optional
+        Distance of neighbouring slices, metres, above 0.
+    heights_m : sequence of float, optional
+        Mid-heights of the slices in the site frame, metres, at least 2.
+    thickness_m : float
+        Height of a slice, metres, above 0.
+
+    Raises
+    ------
+    InputError
+        If both or none of ``interval_m`` and ``heights_m`` are given, or a value makes no sense.
+    """
+    _check_length(name, "thickness_m", thickness_m)
+    if interval_m is not None and heights_m is not None:
+        raise InputError(f"scheme {name!r} needs interval_m or heights_m, got both")
+    if interval_m is not None:
+        _check_length(name, "interval_m", interval_m)
+        return SlicingScheme(
+            name, f"every {interval_m:g} m", interval_m=float(interval_m), thickness_m=thickness_m
+        )
+    if heights_m is None:
+        raise InputError(f"scheme {name!r} needs interval_m or heights_m, got none")
+    heights = _checked_heights(name, heights_m)
+    return SlicingScheme(
+        name, f"at {len(heights)} listed heights", heights_m=heights, thickness_m=thickness_m
+    )
+
+
+def _check_length(name: str, what: str, value_m: float) -> None:
+    if not (math.isfinite(value_m) and value_m > 0.0):
+        raise InputError(f"scheme {name!r} needs {what} above 0 m, got {value_m:g}")
+
+
+def _checked_heights(name: str, heights_m: Sequence[float]) -> tuple[float, ...]:
+    heights = tuple(sorted(float(height) for height in heights_m))
+    if len(heights) < 2:
+        raise InputError(f"scheme {name!r} needs at least 2 heights_m for an axis, got {len(heights)}")
+    if not all(math.isfinite(height) for height in heights):
+        raise InputError(f"scheme {name!r} needs finite heights_m, got {list(heights)}")
+    if len(set(heights)) < len(heights):
+        raise InputError(f"scheme {name!r} needs heights_m that differ, got {list(heights)}")
+    return heights

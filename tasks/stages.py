@@ -1,0 +1,163 @@
+"""The stages as cached tasks: load by reference, call one pure function, store, return a reference.
+
+Arguments are plain JSON: references to artifacts and parameters. ``workspace`` and ``path`` say where
+things lie and do not count in the cache key.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
+from storage.records import AccuracyRow, SectionFit, TiltRow
+from storage.workspace import Workspace
+from tasks.caching import stage
+from tasks.evaluation import NamedLean, Occasion, Standard, evaluate
+from tasks.exchange import plain, rebuild
+from tasks.geometry.failure import FitFailure
+from tasks.ingest import ScanRequest, read_scan
+from tasks.lean import Lean, StationShares, lean_of_sections
+from tasks.methods import Method
+from tasks.placing import PlacedCloud, place
+from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior, isolate_shaft
+from tasks.produced import Json, Outcome
+from tasks.registration import (
+    InstrumentSigmas,
+    Registration,
+    StationScan,
+    register_stations,
+    registered_cloud,
+)
+from tasks.sections import fit_sections
+from tasks.slicing import SlicingScheme
+
+JsonRef = dict[str, Json]
+
+
+@stage("ingest")
+def ingest_scan(
+    workspace: str,
+    path: str,
+    digest: str,  # noqa: ARG001 - stands for the bytes in the cache key
+    suffix: str,  # noqa: ARG001 - says which reader takes them
+    request: dict[str, Json],
+) -> Outcome:
+    """Read a scan file."""
+    scan = read_scan(Path(path), rebuild(ScanRequest, request))
+    ref = put_array(_at(workspace), "scan", scan.points_m)
+    facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes)}
+    return Outcome({"points": ref}, facts, len(scan.points_m))
+
+
+@stage("registration")
+def register_epoch(workspace: str, stations: list[dict[str, Any]], sigmas: dict[str, Json]) -> Outcome:
+    """Adjust the poses of all stations of an epoch jointly."""
+    scans = [
+        StationScan(s["station"], _array(workspace, s["points"]), np.array(s["position_m"]), s["heading_rad"])
+        for s in stations
+    ]
+    registration = register_stations(scans, rebuild(InstrumentSigmas, sigmas))
+    ref = put_json(_at(workspace), "registration", plain(registration))
+    return Outcome({"registration": ref}, {}, sum(len(scan.points_m) for scan in scans))
+
+
+@stage("take registered")
+def take_registered(workspace: str, station: str, sigmas: dict[str, Json]) -> Outcome:
+    """Take a cloud that lies in the site frame already."""
+    registration = registered_cloud(station, rebuild(InstrumentSigmas, sigmas))
+    return Outcome({"registration": put_json(_at(workspace), "registration", plain(registration))})
+
+
+@stage("preprocessing")
+def isolate_epoch_shaft(
+    workspace: str,
+    clouds: list[JsonRef],
+    registration: JsonRef,
+    prior: dict[str, Json],
+    options: dict[str, Json],
+) -> Outcome | FitFailure:
+    """Place the scans and take the shaft out of its surroundings."""
+    poses = _registration(workspace, registration).poses
+    placed = place([_array(workspace, ref) for ref in clouds], poses)
+    shaft = isolate_shaft(placed.points_m, rebuild(StructurePrior, prior), rebuild(ShaftOptions, options))
+    if isinstance(shaft, FitFailure):
+        return shaft
+    kept = PlacedCloud(placed.points_m[shaft.keep], placed.station_index[shaft.keep])
+    refs = {
+        "points": put_array(_at(workspace), "shaft", kept.points_m),
+        "stations": put_array(_at(workspace), "shaft-stations", kept.station_index),
+        "model": put_json(_at(workspace), "shaft-model", plain(shaft.model)),
+    }
+    facts: dict[str, Json] = {
+        "removed": plain(shaft.removed),
+        "n_points_used": len(kept.points_m),
+        "shares": kept.shares(len(poses)).tolist(),
+    }
+    return Outcome(refs, facts, len(placed.points_m))
+
+
+@stage("slicing")
+def slice_shaft(
+    workspace: str,
+    shaft: dict[str, JsonRef],
+    scheme: dict[str, Json],
+    method: dict[str, Json],
+    shaft_z_m: list[float],
+) -> Outcome:
+    """Cut the shaft by one scheme and fit the method's contour to every slice."""
+    points_m = _array(workspace, shaft["points"])
+    model = rebuild(ShaftModel, get_json(_at(workspace), ArtifactRef.from_json(shaft["model"])))
+    low, high = shaft_z_m
+    sections = fit_sections(
+        points_m, model, rebuild(SlicingScheme, scheme), rebuild(Method, method), (low, high)
+    )
+    return Outcome(
+        {"sections": put_rows(_at(workspace), "sections", SectionFit, sections)}, {}, len(points_m)
+    )
+
+
+@stage("axis")
+def fit_scheme_axis(
+    workspace: str, sections: JsonRef, method: dict[str, Json], registration: JsonRef, shares: list[float]
+) -> Outcome | FitFailure:
+    """Fit the axis of one scheme and method, with the covariance of its lean vector."""
+    rows = get_rows(_at(workspace), ArtifactRef.from_json(sections), SectionFit)
+    covariance = _registration(workspace, registration).covariance
+    lean = lean_of_sections(rows, rebuild(Method, method), StationShares(np.array(shares), covariance))
+    if isinstance(lean, FitFailure):
+        return lean
+    return Outcome({"lean": put_json(_at(workspace), "lean", plain(lean))})
+
+
+@stage("evaluation")
+def evaluate_epoch(
+    workspace: str, occasion: dict[str, Json], leans: list[dict[str, Any]], standard: dict[str, Json]
+) -> Outcome:
+    """Make the rows of tilt and accuracy of an epoch from the leans of its schemes."""
+    named = [
+        NamedLean(item["scheme"], item["method"], rebuild(Lean, _json(workspace, item["lean"])))
+        for item in leans
+    ]
+    done = evaluate(rebuild(Occasion, occasion), named, rebuild(Standard, standard))
+    refs = {
+        "tilt": put_rows(_at(workspace), "tilt", TiltRow, done.tilt),
+        "accuracy": put_rows(_at(workspace), "accuracy", AccuracyRow, done.accuracy),
+    }
+    return Outcome(refs, {"control_missing": done.control_missing})
+
+
+def _at(workspace: str) -> Workspace:
+    return Workspace(Path(workspace))
+
+
+def _array(workspace: str, ref: JsonRef) -> Any:
+    return get_array(_at(workspace), ArtifactRef.from_json(ref))
+
+
+def _json(workspace: str, ref: JsonRef) -> Any:
+    return get_json(_at(workspace), ArtifactRef.from_json(ref))
+
+
+def _registration(workspace: str, ref: JsonRef) -> Registration:
+    return rebuild(Registration, _json(workspace, ref))
