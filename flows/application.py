@@ -1,5 +1,6 @@
 """The commands, by name; each is loaded when it is called and not before."""
 
+from collections.abc import Mapping
 from typing import Final
 
 from cyclopts import App
@@ -7,23 +8,30 @@ from cyclopts import App
 from flows.global_options import HELP
 from flows.version import VERSION
 
-COMMANDS: Final = (
-    ("demo", "Simulate a campaign with known truth, run everything on it, print found against true."),
-    ("init", "Write a commented example of a campaign file."),
-    ("check", "Check a campaign file and the headers of its scans, without reading points."),
-    ("schema", "Print the JSON Schema of the campaign file."),
-    ("run", "Process what is not processed yet."),
-    ("status", "Print the newest state; the exit code tells quality, warning and alarm."),
-    ("compare", "Is the difference between two epochs significant?"),
-    ("export", "Write a table of the workspace to a file."),
-    ("verify", "Is everything stored whole and true to its digest?"),
-    ("doctor", "Is this machine fit?"),
-)
-"""Name of the command, which is also its module and function in flows.commands, and what it does."""
+COMMANDS: Final[Mapping[str, str]] = {
+    "demo": "Simulate a campaign with known truth, run everything on it, print found against true.",
+    "init": "Write a commented example of a campaign file; an existing file is never overwritten.",
+    "check": "Check a campaign file and the headers of its scans; no points are read.",
+    "schema": "Print the JSON Schema of the campaign file, for editors and programs.",
+    "run": "Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.",
+    "status": "Print the newest state; the exit code tells quality, warning and alarm.",
+    "compare": "Say for every scheme and method how far the top moved between two epochs.",
+    "export": "Write a view of the catalog to a file, or to stdout where none is named.",
+    "verify": "Check that everything in the workspace is whole and true to its digest.",
+    "doctor": "Say whether this machine has what a run needs, and what to do where something lacks.",
+}
+"""Name of a command, which is also its module in flows.commands and its function there; what it does."""
 
 
-def _application() -> App:
-    app = App(
+def application(called: str | None = None) -> App:
+    """Make the command line.
+
+    Parameters
+    ----------
+    called
+        Name of the command that is called; its help is then the whole docstring, which only loading it can tell.
+    """
+    made = App(
         name="tiltwatch",
         help="Lean of tall structures from LiDAR scans: a vector with an uncertainty, epoch after epoch.",
         help_epilogue=HELP,
@@ -32,12 +40,12 @@ def _application() -> App:
         help_flags=("--help", "-h"),
         version_flags=("--version",),
     )
-    for order, (name, does) in enumerate(COMMANDS):
-        app.command(
-            f"flows.commands.{name}:{name}", name=name, help=does, sort_key=order, help_format="plaintext"
+    for order, (name, does) in enumerate(COMMANDS.items()):
+        made.command(
+            f"flows.commands.{name}:{name}",
+            name=name,
+            help=None if name == called else does,
+            sort_key=order,
+            help_format="plaintext",
         )
-    return app
-
-
-app: Final = _application()
-"""The command line."""
+    return made

@@ -21,7 +21,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words in (["--version"], ["-V"]):
         print(f"tiltwatch {VERSION}")
         return 0
-    return _run(words)
+    code = _run(words)
+    if argv is None:
+        _hush_exit()
+    return code
+
+
+def _hush_exit() -> None:
+    from flows.terminal import hush_exit
+
+    hush_exit()
 
 
 def _run(words: list[str]) -> int:
@@ -44,13 +53,16 @@ def _run(words: list[str]) -> int:
 def _dispatch(words: Sequence[str], *, wants_json: bool) -> int:
     from cyclopts import CycloptsError
 
-    from flows.application import app
+    from flows.application import COMMANDS, application
     from flows.faults import report_error, report_fault
 
+    called = words[0] if words and words[0] in COMMANDS else None
     try:
-        code = app(words, exit_on_error=False, print_error=False, result_action="return_value")
+        code = application(called)(
+            words, exit_on_error=False, print_error=False, result_action="return_value"
+        )
     except CycloptsError as error:
-        hint = f"`tiltwatch {' '.join(words[:1])} --help` shows what there is".replace("  ", " ")
+        hint = f"`tiltwatch {f'{called} ' if called else ''}--help` shows what there is"
         return report_error(f"{str(error).strip()} {hint}", WRONG_USAGE, wants_json=wants_json)
     except TiltwatchError as error:
         if error.exit_code == FAULT:

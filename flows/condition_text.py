@@ -89,7 +89,7 @@ def _limit_of(condition: Condition) -> str:
     if tilt is None:
         return "no verdict without a result"
     limit = "none" if tilt.allowable_m is None else f"{1e3 * tilt.allowable_m:.1f} mm"
-    return f"{limit}, verdict: {tilt.verdict}" + (f" ({tilt.verdict_reason})" if tilt.verdict_reason else "")
+    return f"{limit}, verdict: {tilt.verdict}" + (f"; {tilt.verdict_reason}" if tilt.verdict_reason else "")
 
 
 def _change_of(condition: Condition) -> str:

@@ -8,11 +8,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
-from flows.terminal import answer, complain, terminal
+from flows.terminal import TRACEBACK_VERBOSITY, answer, complain, terminal
 from flows.version import VERSION
 
 FAULT: Final = 1
-TRACEBACK_VERBOSITY: Final = 2
 
 
 def report_error(message: str, exit_code: int, *, wants_json: bool) -> int:

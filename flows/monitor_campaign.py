@@ -44,7 +44,9 @@ def monitor_campaign(
 
 def _process(campaign_file: str, workspace: Workspace, epoch: str, schemes: list[str]) -> EpochOutcome:
     try:
-        return monitor_epoch(campaign_file, str(workspace.root), epoch, schemes)
+        # the records of stages belong to the workspace, whatever Prefect's own settings say
+        flow_here = monitor_epoch.with_options(result_storage=workspace.records, persist_result=False)
+        return flow_here(campaign_file, str(workspace.root), epoch, schemes)
     except TiltwatchError as fault:
         return EpochOutcome(epoch, "failed", (str(fault),), bad_input=isinstance(fault, InputError))
     except Exception as fault:

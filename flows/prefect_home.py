@@ -11,12 +11,11 @@ def prepare_prefect(workspace: Workspace) -> None:
     """Point Prefect to the workspace.
 
     A server that the user names by PREFECT_API_URL is used; otherwise each run starts one of its own on
-    loopback that goes away with it. What the user set in the environment wins, but for the places of
-    records, which belong to the workspace.
+    loopback that goes away with it. What the user set in the environment wins. The records of stages are
+    in the workspace in any case: the flow says so itself.
     """
     for name, value in _defaults(workspace.prefect).items():
         os.environ.setdefault(name, value)
-    os.environ["PREFECT_LOCAL_STORAGE_PATH"] = str(workspace.records)
 
 
 def _defaults(home: Path) -> Mapping[str, str]:

@@ -50,7 +50,7 @@ def _ignore(_event: StageEvent) -> None:
 def _bars() -> Iterator[Listener]:
     # rich costs 0.1 s that a start for help or a script need not pay
     from rich.console import Console  # noqa: PLC0415
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn  # noqa: PLC0415
+    from rich.progress import Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn  # noqa: PLC0415
 
     console = Console(stderr=True, no_color=not terminal().color)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -62,7 +62,7 @@ def _bars() -> Iterator[Listener]:
             row.take(event)
             if row.task is None:
                 row.task = shown.add_task(row.text(), total=None)
-            shown.update(row.task, description=row.text())
+            shown.update(TaskID(row.task), description=row.text())
             if event.state in {"failed", "refused"}:
                 shown.console.print(stage_line(event), markup=False, highlight=False)
 
@@ -74,7 +74,7 @@ class _EpochRow:
 
     def __init__(self, epoch: str) -> None:
         self.epoch = epoch
-        self.task: object = None
+        self.task: int | None = None
         self.under_way: list[str] = []
         self.ended: Counter[str] = Counter()
         self.rate = ""

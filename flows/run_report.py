@@ -5,9 +5,8 @@ from datetime import UTC, datetime
 from typing import Final
 
 from flows.condition_text import EXIT_CODES, facts_of, summary_of
-from flows.epoch_work import EpochOutcome
 from flows.faults import keep_log
-from flows.run_campaign import RunOutcome
+from flows.outcome import EpochOutcome, RunOutcome
 from flows.terminal import Json, complain, say
 from storage.workspace import Workspace
 from tasks.condition import Condition, Level, conditions
@@ -44,7 +43,8 @@ def exit_code_of(epochs: Sequence[EpochOutcome], found: Sequence[Condition], fai
 def tell_errors(epochs: Sequence[EpochOutcome]) -> None:
     """Say on stderr what went wrong in which epoch; tracebacks go to a log file."""
     for epoch in epochs:
-        complain(*(f"error: {epoch.epoch}: {reason}" for reason in epoch.reasons))
+        grave = epoch.bad_input or epoch.fault or epoch.state == "failed"
+        complain(*(f"{'error' if grave else 'warning'}: {epoch.epoch}: {reason}" for reason in epoch.reasons))
         if epoch.fault:
             complain(f"error: {epoch.epoch}: traceback in {keep_log(epoch.fault)}")
 

@@ -12,6 +12,9 @@ from typing import Final, TextIO, TypeAlias
 
 Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
 
+TRACEBACK_VERBOSITY: Final = 2
+"""From -vv on, tracebacks and the noise of libraries are shown."""
+
 ANSWER_SCHEMA: Final = 1
 """Version of the form of all JSON answers."""
 
@@ -87,6 +90,17 @@ def survive_any_text(stream: TextIO) -> None:
 def forget_stdout() -> None:
     """Send what is left for a closed stdout nowhere, so that the end of the process is quiet."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def hush_exit() -> None:
+    """Send what libraries write to stderr while the process ends nowhere; all that is ours is written by then.
+
+    Prefect's own server complains of events that it could not flush, duckdb of objects that outlive it; neither
+    means anything to the user. With -vv it is shown.
+    """
+    if terminal().verbosity < TRACEBACK_VERBOSITY:
+        sys.stderr.flush()
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
 
 
 def _plain(value: object) -> str:

@@ -2,20 +2,18 @@
 
 import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict
-from datetime import datetime
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import duckdb
-import pyarrow as pa
 
 from storage.atomic import faults_of_the_system, replace_file, sync_file, sync_folder, temp_beside
+from storage.catalog_content import copy_rows, create_table, create_view, fill_dictionary, read_rows_in
 from storage.errors import StorageError
 from storage.locks import publish_lock
-from storage.parquet import read_table, schema_of
 from storage.publish import recover
 from storage.records import TABLES, columns_of
 from storage.tables import files_of
@@ -26,11 +24,21 @@ from storage.workspace import Workspace
 # a file of DuckDB 2's own default is refused by every 1.x client
 STORAGE_VERSION: Final = "v1.0.0"
 
-_SQL_TYPES: Final = {bool: "BOOLEAN", int: "BIGINT", float: "DOUBLE", str: "VARCHAR", datetime: "TIMESTAMPTZ"}
+
+@dataclass(frozen=True, slots=True)
+class Sources:
+    """All that a catalog is made of."""
+
+    definitions: str
+    """Digest of the views, the columns and the version of DuckDB."""
+    stamps: Mapping[str, str]
+    """Parquet file, relative to the tables, to its inode, size and time of change."""
 
 
 def rebuild_catalog(ws: Workspace) -> bool:
     """Make the catalog anew from the tables and put it in place at once; readers keep what they have open.
+
+    Rows of files that did not change are taken over from the old catalog: reading a thousand epochs takes long.
 
     Returns
     -------
@@ -44,17 +52,22 @@ def rebuild_catalog(ws: Workspace) -> bool:
     """
     with publish_lock(ws):
         recover(ws)
-        fingerprint = fingerprint_of(ws)
-        if stored_fingerprint(ws) == fingerprint:
+        old, new = _stored_sources(ws), _sources(ws)
+        if old == new:
             return False
         temp = temp_beside(ws.tmp / ws.catalog.name)
         try:
-            _build(ws, temp, fingerprint)
+            _build(ws, temp, old, new)
             sync_file(temp)
             _put_in_place(ws, temp)
         finally:
             _remove_database(temp)
     return True
+
+
+def is_current(ws: Workspace) -> bool:
+    """Whether the catalog can be read and was made of the tables as they are."""
+    return _stored_sources(ws) == _sources(ws)
 
 
 @contextmanager
@@ -75,48 +88,40 @@ def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
         )
     connection = duckdb.connect()
     try:
-        _attach(connection, ws.catalog, "READ_ONLY")
+        _attach(connection, ws.catalog, "catalog", "READ_ONLY")
+        connection.execute("USE catalog")
         connection.execute("SET TimeZone = 'UTC'")
         yield connection
     finally:
         connection.close()
 
 
-def fingerprint_of(ws: Workspace) -> str:
-    """Digest of all that the catalog is made of: the files by name, size and time, the views, the columns."""
-    stamps = {}
-    for table in TABLES:
-        for path in files_of(ws, table):
-            stamp = stamp_of(path)
-            stamps[path.relative_to(ws.tables).as_posix()] = None if stamp is None else asdict(stamp)
+def _sources(ws: Workspace) -> Sources:
     sql = {name: view_definition(name).sql for name in VIEWS}
     columns = {name: repr(list(columns_of(record))) for name, record in VIEWS.items()}
-    text = json.dumps([stamps, sql, columns, duckdb.__version__], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    text = json.dumps([sql, columns, duckdb.__version__], sort_keys=True)
+    stamps = {
+        path.relative_to(ws.tables).as_posix(): str(stamp_of(path))
+        for table in TABLES
+        for path in files_of(ws, table)
+    }
+    return Sources(hashlib.sha256(text.encode()).hexdigest(), stamps)
 
 
-def stored_fingerprint(ws: Workspace) -> str | None:
-    """Fingerprint of what the present catalog was made of; None if there is no catalog that can be read."""
+def _stored_sources(ws: Workspace) -> Sources | None:
+    """What the present catalog was made of; None if there is no catalog that can be read."""
     try:
         with read_catalog(ws) as connection:
-            row = connection.execute("SELECT fingerprint FROM data.made_of").fetchone()
+            row = connection.execute("SELECT definitions, stamps FROM data.made_of").fetchone()
     except (StorageError, duckdb.Error):
         return None
-    return None if row is None else str(row[0])
+    return None if row is None else Sources(row[0], json.loads(row[1]))
 
 
-def rows_in_tables(ws: Workspace, table: str) -> pa.Table:
-    """All rows of a table, from its Parquet files, in the order of structure and epoch."""
-    record = TABLES[table]
-    parts = [read_table(path, table, record) for path in files_of(ws, table)]
-    return pa.concat_tables(parts) if parts else schema_of(table, record).empty_table()
-
-
-def _attach(connection: duckdb.DuckDBPyConnection, path: Path, option: str) -> None:
+def _attach(connection: duckdb.DuckDBPyConnection, path: Path, name: str, option: str) -> None:
     quoted = str(path).replace("'", "''")
     try:
-        connection.execute(f"ATTACH '{quoted}' AS catalog ({option})")
-        connection.execute("USE catalog")
+        connection.execute(f"ATTACH '{quoted}' AS {name} ({option})")
     except duckdb.Error as fault:
         raise StorageError(
             f"cannot open {path}: {str(fault).splitlines()[0]}; close the program that writes to it, or delete it "
@@ -124,18 +129,23 @@ def _attach(connection: duckdb.DuckDBPyConnection, path: Path, option: str) -> N
         ) from fault
 
 
-def _build(ws: Workspace, temp: Path, fingerprint: str) -> None:
+def _build(ws: Workspace, temp: Path, old: Sources | None, new: Sources) -> None:
     connection = duckdb.connect()
     try:
-        _attach(connection, temp, f"STORAGE_VERSION '{STORAGE_VERSION}'")
+        _attach(connection, temp, "catalog", f"STORAGE_VERSION '{STORAGE_VERSION}'")
+        if old is not None:
+            _attach(connection, ws.catalog, "old", "READ_ONLY")
+        connection.execute("USE catalog")
         connection.execute("BEGIN")  # else each of some hundred comments is brought to the disk by itself
         connection.execute("CREATE SCHEMA data")
         for table in TABLES:
-            _fill_table(connection, ws, table)
+            _fill_table(connection, ws, table, _unchanged(old, new))
         for view in VIEWS:
-            _create_view(connection, view)
-        _fill_dictionary(connection)
-        connection.execute("CREATE TABLE data.made_of AS SELECT ?::VARCHAR AS fingerprint", [fingerprint])
+            create_view(connection, view)
+        fill_dictionary(connection)
+        connection.execute("CREATE TABLE data.made_of (definitions VARCHAR, stamps VARCHAR)")
+        stamps = json.dumps(dict(new.stamps))
+        connection.execute("INSERT INTO data.made_of VALUES (?, ?)", [new.definitions, stamps])
         connection.execute("COMMIT")
         connection.execute("USE memory")
         connection.execute("DETACH catalog")  # writes everything into the one file
@@ -143,48 +153,22 @@ def _build(ws: Workspace, temp: Path, fingerprint: str) -> None:
         connection.close()
 
 
-def _fill_table(connection: duckdb.DuckDBPyConnection, ws: Workspace, table: str) -> None:
-    columns = ", ".join(
-        f"{field.name} {_SQL_TYPES[field.python_type]}{'' if field.nullable else ' NOT NULL'}"
-        for field in columns_of(TABLES[table])
-    )
-    connection.execute(f"CREATE TABLE data.{table} ({columns})")
-    connection.register("incoming", rows_in_tables(ws, table))
-    connection.execute(f"INSERT INTO data.{table} SELECT * FROM incoming")  # noqa: S608 - names of our own
-    connection.unregister("incoming")
-    for field in columns_of(TABLES[table]):
-        _comment(connection, f"COLUMN data.{table}.{field.name}", _in_words(field.meaning, field.unit))
+def _unchanged(old: Sources | None, new: Sources) -> frozenset[str]:
+    """The files whose rows the old catalog holds as they are."""
+    if old is None or old.definitions != new.definitions:
+        return frozenset()
+    return frozenset(file for file, stamp in new.stamps.items() if old.stamps.get(file) == stamp)
 
 
-def _create_view(connection: duckdb.DuckDBPyConnection, view: str) -> None:
-    definition = view_definition(view)
-    connection.execute(f"CREATE VIEW main.{view} AS {definition.sql}")
-    _comment(connection, f"VIEW main.{view}", f"a row is {definition.row_is}")
-    for field in columns_of(VIEWS[view]):
-        _comment(connection, f"COLUMN main.{view}.{field.name}", _in_words(field.meaning, field.unit))
-
-
-def _comment(connection: duckdb.DuckDBPyConnection, what: str, text: str) -> None:
-    quoted = text.replace("'", "''")
-    connection.execute(f"COMMENT ON {what} IS '{quoted}'")
-
-
-def _in_words(meaning: str, unit: str) -> str:
-    return f"{meaning} [{unit}]" if unit else meaning
-
-
-def _fill_dictionary(connection: duckdb.DuckDBPyConnection) -> None:
-    connection.execute(
-        "CREATE TABLE main.data_dictionary (table_name VARCHAR NOT NULL, column_name VARCHAR NOT NULL, "
-        "unit VARCHAR NOT NULL, meaning VARCHAR NOT NULL, nullable BOOLEAN NOT NULL)"
-    )
-    rows = [
-        (view, field.name, field.unit, field.meaning, field.nullable)
-        for view, record in VIEWS.items()
-        for field in columns_of(record)
-    ]
-    connection.executemany("INSERT INTO main.data_dictionary VALUES (?, ?, ?, ?, ?)", rows)
-    _comment(connection, "TABLE main.data_dictionary", "a row is a column of a view: its unit and meaning")
+def _fill_table(
+    connection: duckdb.DuckDBPyConnection, ws: Workspace, table: str, unchanged: frozenset[str]
+) -> None:
+    create_table(connection, table)
+    files = files_of(ws, table)
+    known = {path for path in files if path.relative_to(ws.tables).as_posix() in unchanged}
+    if known:
+        copy_rows(connection, table, sorted(known))
+    read_rows_in(connection, table, [path for path in files if path not in known])
 
 
 def _put_in_place(ws: Workspace, temp: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import duckdb
 
 from storage.artifacts import has_its_digest
-from storage.catalog import fingerprint_of, read_catalog, stored_fingerprint
+from storage.catalog import is_current, read_catalog
 from storage.errors import StorageError
 from storage.ledger import read_settings
 from storage.locks import publish_lock
@@ -118,7 +118,7 @@ def _catalog(ws: Workspace) -> Iterator[Fault | None]:
     if not ws.catalog.exists() and not any(files_of(ws, table) for table in TABLES):
         return
     again = "delete the catalog and run the campaign again: it is rebuilt from the tables"
-    if stored_fingerprint(ws) != fingerprint_of(ws):
+    if not is_current(ws):
         yield Fault(ws.catalog.name, "is absent, damaged or older than the tables", again)
     try:
         with read_catalog(ws) as connection:
@@ -138,7 +138,9 @@ def _count_fault(ws: Workspace, connection: duckdb.DuckDBPyConnection, table: st
     if shown == stored:
         return None
     what = f"shows {shown} rows of {table}; the tables hold {stored}"
-    return Fault(ws.catalog.name, what, "run the campaign again: the catalog is rebuilt")
+    return Fault(
+        ws.catalog.name, what, "delete the catalog and run the campaign again: it is rebuilt from the tables"
+    )
 
 
 def _artifacts(ws: Workspace, is_true_to_digest: Check) -> Iterator[Fault | None]:

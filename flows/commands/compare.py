@@ -24,7 +24,7 @@ def compare(
     workspace: WorkspaceFolder = None,
     as_json: AsJson = False,
 ) -> int:
-    """Say for every scheme and method how far the top moved between two epochs, and whether that is significant.
+    """Say for every scheme and method how far the top moved between two epochs.
 
     A change is significant where its probability without any movement is below 1 %.
 

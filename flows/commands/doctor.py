@@ -10,7 +10,7 @@ NOT_FIT = 3
 
 
 def doctor(*, workspace: WorkspaceFolder = None, as_json: AsJson = False) -> int:
-    """Look at Python, packages, memory, disk and what else a run needs, and say what to do where something lacks.
+    """Say whether this machine has what a run needs, and what to do where something lacks.
 
     Exit code 3 if anything that a run needs lacks.
 

@@ -7,7 +7,9 @@ from cyclopts import Parameter
 
 CampaignFile = Annotated[Path, Parameter(name="FILE", help="campaign file (TOML)")]
 
-AsJson = Annotated[bool, Parameter(name="--json", negative="", help="one JSON object on stdout")]
+AsJson = Annotated[
+    bool, Parameter(name="--json", negative="", show_default=False, help="one JSON object on stdout")
+]
 
 WorkspaceFolder = Annotated[
     Path | None,

@@ -11,19 +11,23 @@ from flows.terminal import answer, log_into, terminal
 
 LOGS = "logs"
 
+Several = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]
+"""An option that may be given several times."""
+
 
 def run(
     file: CampaignFile,
     /,
     *,
     workspace: WorkspaceFolder = None,
-    epoch: tuple[str, ...] = (),
-    scheme: tuple[str, ...] = (),
+    epoch: Several = (),
+    scheme: Several = (),
     fail_on: Literal["quality", "warning", "alarm"] | None = None,
     as_json: AsJson = False,
 ) -> int:
-    """Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch (all with -v).
+    """Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.
 
+    With -v the tables of all epochs are printed. What is stored and true to its digest is not computed again.
     Exit code 3 if any epoch had bad input; the other epochs are processed all the same.
 
     Parameters

@@ -9,7 +9,9 @@ from storage.errors import StorageError
 
 
 def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json: AsJson = False) -> int:
-    """Print the newest state: deviation with U (k=2), limit and verdict, change since the reference, data quality, age.
+    """Print the newest state; the exit code tells quality, warning and alarm.
+
+    The state: deviation with its uncertainty (k=2), limit and verdict, change since the reference, data, age.
 
     Exit code 6 (alarm): the deviation is above its limit for sure.
     Exit code 5 (warning): the limit lies within the uncertainty, or the change since the reference is significant.

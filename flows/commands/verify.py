@@ -16,11 +16,13 @@ def verify(
     file: CampaignFile,
     /,
     *,
-    deep: Annotated[bool, Parameter(negative="")] = False,
+    deep: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     workspace: WorkspaceFolder = None,
     as_json: AsJson = False,
 ) -> int:
-    """Check that everything in the workspace is whole and true to its digest; exit code 3 if anything is not.
+    """Check that everything in the workspace is whole and true to its digest.
+
+    Exit code 3 if anything is not.
 
     Parameters
     ----------

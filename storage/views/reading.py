@@ -87,7 +87,9 @@ def run_rows(ws: Workspace, run: str) -> list[StageRunRow]:
     return _rows(ws, "runs", StageRunRow, {"run": run}, "started_at, epoch, stage")
 
 
-def rows_of(ws: Workspace, record: type[Row], structure: str | None = None, part: str | None = None) -> list[Row]:
+def rows_of(
+    ws: Workspace, record: type[Row], structure: str | None = None, part: str | None = None
+) -> list[Row]:
     """Rows of a table from its Parquet files, of one structure and one epoch (of runs: one run) or of all.
 
     For the program itself, between publishing and the next catalog; others read the views.

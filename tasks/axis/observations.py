@@ -103,4 +103,4 @@ def _zero_above(excess: Callable[[float], float], high: float) -> float:
     """Root of a falling function between 0 and ``high``, or 0 where it is not above zero there."""
     if excess(0.0) <= 0.0:
         return 0.0
-    return float(brentq(excess, 0.0, high, xtol=1e-12 * high, rtol=1e-10))  # type: ignore[no-untyped-call]
+    return float(brentq(excess, 0.0, high, xtol=1e-12 * high, rtol=1e-10))

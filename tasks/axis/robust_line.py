@@ -19,7 +19,7 @@ from tasks.axis.robust_polynomial import PolynomialFit, fit_polynomial
 from tasks.axis.two_points import fit_two_points
 from tasks.geometry.failure import FitFailure
 
-LEAST_FOR_PARABOLA: Final = 8
+LEAST_FOR_PARABOLA: Final = 16
 """Centres at different heights below which bending cannot be told from outliers."""
 
 BENDING_LEVEL: Final = 0.01
@@ -29,7 +29,7 @@ BENDING_LEVEL: Final = 0.01
 def fit_robust_line(centres: Centres) -> Axis | FitFailure:
     """Fit the straight line of an axis, robustly, with the covariances of the centres and a model error.
 
-    Heights are exact: only east and north are measured. A line is fitted first. From 8 different heights on a parabola
+    Heights are exact: only east and north are measured. A line is fitted first. From 16 different heights on a parabola
     is tried too, and where its bending is significant (1 %) the line is the one that fits the parabola best, uniformly
     over the height range, whatever the weights of the centres: outliers and sigma are then judged from the bent axis,
     not from a line that does not hold. Residuals and eq. 18 are always those from the line.

@@ -63,7 +63,7 @@ def fit_vertex_mean(section: Section) -> Contour | FitFailure:
 
 def _cell_size(xy: NDArray[np.float64]) -> float:
     half_extent = float(xy.max()) / 2
-    nearest = KDTree(xy).query(xy, k=2)[0][:, 1]  # type: ignore[no-untyped-call]
+    nearest = KDTree(xy).query(xy, k=2)[0][:, 1]
     return float(np.clip(np.median(nearest), half_extent / FINEST, half_extent / COARSEST))
 
 

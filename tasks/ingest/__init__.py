@@ -28,6 +28,7 @@ from tasks.ingest.scan import (
 from tasks.ingest.soundness import check_extent, check_finite, check_step, without_empty_returns
 
 __all__ = [
+    "AS_STATED",
     "READERS",
     "Bounds",
     "Coordinates",

@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 import numpy as np
-from laspy.lasreader import LasReader
-from laspy.lib import DecompressionSelection, LazBackend
+from laspy import DecompressionSelection, LasReader, LazBackend
 from numpy.typing import NDArray
 
 from storage.errors import InputError

@@ -39,6 +39,8 @@ WKT_GLOBE: Final = re.compile(
     r"\b(?:GEOGCS|GEOGCRS|GEOGRAPHICCRS|GEODCRS|GEODETICCRS|GEOCCS)\s*[\[(]", re.IGNORECASE
 )
 ANGLE: Final = re.compile(r"deg|rad|gon|arc|minute|second", re.IGNORECASE)
+FOOT: Final = re.compile(r"foot|feet|\bft|ftus", re.IGNORECASE)
+SURVEY: Final = re.compile(r"us|survey", re.IGNORECASE)
 SAME_UNIT: Final = 5e-7
 """Relative; the foot and the US survey foot differ by 2e-6."""
 
@@ -91,7 +93,14 @@ def _units_of_wkt(path: Path, wkt: str) -> Iterator[StatedUnit]:
         raise _on_the_globe(path, "geographic or geocentric")
     for name, factor in WKT_UNIT.findall(wkt):
         if not ANGLE.search(name):
-            yield StatedUnit(name, float(factor))
+            yield StatedUnit(name, _metres(name, float(factor)))
+
+
+def _metres(name: str, factor: float) -> float:
+    """Length of a unit; some programs write a foot with the factor 1, and the name is right then."""
+    if factor != 1.0 or not FOOT.search(name):
+        return factor
+    return METRES_PER_UNIT["US survey foot" if SURVEY.search(name) else "foot"]
 
 
 def _units_of_keys(path: Path, content: bytes) -> Iterator[StatedUnit]:

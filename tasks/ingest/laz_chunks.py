@@ -65,7 +65,7 @@ def read_chunks(
     table_at, n_chunks = _table(path, file, header)
     file.seek(header.points_at)
     with decoding(path):
-        entries = lazrs.read_chunk_table(file, lazrs.LazVlr(compression.record))  # type: ignore[attr-defined]
+        entries = lazrs.read_chunk_table(file, lazrs.LazVlr(compression.record))
     chunks: list[Chunk] = []
     at = header.points_at + 8
     for n_points, n_bytes in entries:
@@ -73,9 +73,9 @@ def read_chunks(
         at += n_bytes
     if len(entries) != n_chunks or at != table_at:
         raise _damaged(path, f"{n_chunks} chunks up to byte {table_at}", f"{len(entries)} up to byte {at}")
-    _check_count(path, header, compression, chunks)
     if compression.is_layered:
         _check_layers(path, file, header, compression, chunks)
+    _check_count(path, header, compression, chunks)
     return tuple(chunks)
 
 
@@ -165,6 +165,8 @@ def _check_layers(
             raise _damaged(
                 path, f"{chunk.n_bytes} bytes in chunk {index}", f"layers of {head_bytes + sum(layers)}"
             )
+        if count > chunk.n_points:
+            raise _damaged(path, f"at most {chunk.n_points} points in chunk {index}", f"{count}")
         n_points += count
     if n_points != header.n_points:
         raise _damaged(

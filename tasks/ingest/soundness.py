@@ -25,7 +25,10 @@ SAMPLE_POINTS: Final = 100_000
 """Enough for quantiles and for the smallest step, whatever the size of the cloud."""
 
 FEWEST_FOR_STEP: Final = 1000
-"""With fewer points, or a tenth as many distinct values, a gap between neighbours says nothing about a grid."""
+"""With fewer points a gap between neighbours says nothing about a grid."""
+
+FEWEST_DISTINCT: Final = 10
+"""Fewer distinct values may be walls that run along an axis."""
 
 WHOLE: Final = 0.01
 """A number is whole within this."""
@@ -151,7 +154,7 @@ def horizontal_step(points_m: NDArray[np.float64]) -> float:
 
 def _grid_step(values: NDArray[np.float64]) -> float:
     distinct = np.unique(values)
-    if len(distinct) < FEWEST_FOR_STEP // 10:
+    if len(distinct) < FEWEST_DISTINCT:
         return 0.0
     gaps = np.diff(distinct)
     gaps = gaps[gaps > SMALLEST_STEP_M]

@@ -135,7 +135,7 @@ def _take_names(path: Path, line: str, number: int, names: str | None) -> str:
         raise InputError(
             f"{path}: needs decimal points, came {comma!r} in line {number}; write numbers as 1.5"
         )
-    if names is not None or is_number(split_row(line, _separator(line))[0]):
+    if names is not None or is_number(ANY_SEPARATOR.split(line)[0]):
         raise InputError(
             f"{path}: needs rows of three numbers, came line {number} {line[:60]!r}; correct that line"
         )

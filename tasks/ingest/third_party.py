@@ -20,5 +20,5 @@ def decoding(path: Path) -> Iterator[None]:
     except BaseException as error:
         raise InputError(
             f"{path}: needs points that can be decoded, came {type(error).__name__} ({error}); "
-            "the file is damaged, copy or export it again"
+            "the file is cut short or damaged, copy or export it again"
         ) from error

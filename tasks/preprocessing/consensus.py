@@ -80,7 +80,9 @@ def _circles_through_triples(xy_m: NDArray[np.float64], rng: np.random.Generator
 
 def _distances(xy_m: NDArray[np.float64], circles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distances (k, n) of points (n, 2) from the centres of circles (k, 3)."""
-    return np.hypot(xy_m[None, :, 0] - circles[:, :1], xy_m[None, :, 1] - circles[:, 1:2])
+    east, north = xy_m[None, :, 0] - circles[:, :1], xy_m[None, :, 1] - circles[:, 1:2]
+    # lengths of metres cannot overflow, and this is three times as fast as hypot
+    return np.asarray(np.sqrt(east * east + north * north))
 
 
 def _on(off_m: NDArray[np.float64], search: CircleSearch) -> NDArray[np.bool_]:

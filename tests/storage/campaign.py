@@ -160,9 +160,7 @@ def scheme_row(epoch: str) -> SchemeRow:
 
 
 def accuracy_row(epoch: str) -> AccuracyRow:
-    return AccuracyRow(
-        STRUCTURE, epoch, "A", "paper", "F/paper", "tilt_deg", 0.5172, 0.5175, -0.0003, -0.058
-    )
+    return AccuracyRow(STRUCTURE, epoch, "A", "paper", "F/paper", "tilt_deg", 0.5172, 0.5175, -0.0003, -0.058)
 
 
 def alarm_row(epoch: str) -> AlarmRow:

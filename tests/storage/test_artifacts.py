@@ -40,7 +40,14 @@ def flip_a_byte(path: Path) -> None:
 
 @pytest.mark.parametrize(
     "array",
-    [CLOUD, np.empty((0, 3)), np.array(3.5), np.array([True, False]), np.arange(4, dtype=np.int32), CLOUD[:, ::2]],
+    [
+        CLOUD,
+        np.empty((0, 3)),
+        np.array(3.5),
+        np.array([True, False]),
+        np.arange(4, dtype=np.int32),
+        CLOUD[:, ::2],
+    ],
 )
 @pytest.mark.parametrize("get", [get_array, map_array])
 def test_arrays_come_back_with_shape_and_type(ws: Workspace, array: np.ndarray, get: object) -> None:
@@ -104,7 +111,9 @@ def test_a_reference_survives_json() -> None:
     assert ArtifactRef.from_json(ref.to_json()) == ref
 
 
-@pytest.mark.parametrize("value", [None, {}, {"kind": "cloud", "sha256": "ab" * 32, "size": "12", "ext": "npy"}])
+@pytest.mark.parametrize(
+    "value", [None, {}, {"kind": "cloud", "sha256": "ab" * 32, "size": "12", "ext": "npy"}]
+)
 def test_what_is_no_reference_is_refused(value: object) -> None:
     with pytest.raises(StorageError, match="needed a reference with kind, sha256, size and ext"):
         ArtifactRef.from_json(value)

@@ -41,5 +41,5 @@ def test_a_refusal_of_the_system_is_told_with_the_path(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     (tmp_path / "folder" / "file").touch()
     temp = write_temp(tmp_path / "x", b"")
-    with pytest.raises(StorageError, match="cannot write .*folder"):
+    with pytest.raises(StorageError, match=r"cannot write .*folder"):
         replace_file(temp, tmp_path / "folder")

@@ -31,7 +31,9 @@ def test_another_process_is_told_who_holds_the_lock_and_gets_it_when_that_dies(w
         assert holder.stdout is not None
         assert holder.stdout.readline() == "held\n"
         with (
-            pytest.raises(StorageError, match=rf"publish lock .* in use; waited 0.1 s; .*process {holder.pid} on"),
+            pytest.raises(
+                StorageError, match=rf"publish lock .* in use; waited 0.1 s; .*process {holder.pid} on"
+            ),
             publish_lock(ws, timeout_s=0.1),
         ):
             pass

@@ -87,7 +87,7 @@ def test_what_is_no_number_is_refused_by_table_column_and_row(column: str, value
         ("n_slices", 2**63, "column n_slices, row 0: .*beyond 64 bits"),
         ("tilt_deg", "0.5", "column tilt_deg, row 0: needed float, got str '0.5'"),
         ("tilt_deg", True, "column tilt_deg, row 0: needed float, got bool True"),
-        ("epoch_time", datetime(2025, 3, 14), "column epoch_time, row 0: .*no time zone"),  # noqa: DTZ001
+        ("epoch_time", datetime(2025, 3, 14), "column epoch_time, row 0: .*no time zone"),
         ("epoch_time", "2025-03-14", "column epoch_time, row 0: needed datetime, got str"),
         ("verdict", "\ud800", "column verdict, row 0: .*Unicode"),
     ],
@@ -117,7 +117,9 @@ def test_a_column_that_an_older_file_lacks_reads_as_null(tmp_path: Path) -> None
 
 def test_a_file_without_a_column_that_must_have_values_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rows.parquet"
-    path.write_bytes(encode_table(table_from_rows("tilt", TiltRow, [tilt_row("e0")]).drop_columns(["scheme"])))
+    path.write_bytes(
+        encode_table(table_from_rows("tilt", TiltRow, [tilt_row("e0")]).drop_columns(["scheme"]))
+    )
     with pytest.raises(StorageError, match="lacks column scheme"):
         read_rows(path, "tilt", TiltRow)
 

@@ -13,7 +13,10 @@ from storage.workspace import Workspace, existing_workspace, open_workspace
 def test_a_new_workspace_says_version_and_maker(tmp_path: Path) -> None:
     ws = open_workspace(tmp_path / "a" / "ws", made_by="tiltwatch 0.1.0")
     assert json.loads(ws.identity.read_bytes()) == {"schema_version": 1, "made_by": "tiltwatch 0.1.0"}
-    assert all(place.is_dir() for place in (ws.artifacts, ws.records, ws.tables, ws.runs, ws.prefect, ws.locks, ws.tmp))
+    assert all(
+        place.is_dir()
+        for place in (ws.artifacts, ws.records, ws.tables, ws.runs, ws.prefect, ws.locks, ws.tmp)
+    )
 
 
 def test_a_workspace_that_is_there_keeps_its_maker(tmp_path: Path) -> None:

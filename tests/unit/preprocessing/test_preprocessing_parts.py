@@ -49,6 +49,13 @@ def test_a_dense_patch_does_not_outvote_the_round() -> None:
     ] == pytest.approx([3.0, 4.0, 1.0], abs=0.02)
 
 
+def test_a_ring_around_the_shaft_loses_to_the_shaft() -> None:
+    rng = np.random.default_rng(11)
+    ring = (3.0, 4.0) + 1.35 * (arc(rng, 1_500, 2 * np.pi) - (3.0, 4.0))
+    best = find_circles(np.vstack([arc(rng, 400, 2 * np.pi), ring]), SEARCH, rng).parameters_m[0]
+    assert best == pytest.approx([3.0, 4.0, 1.0], abs=0.02)
+
+
 def test_the_score_of_a_full_clean_circle_is_one() -> None:
     rng = np.random.default_rng(5)
     assert find_circles(arc(rng, 800, 2 * np.pi), SEARCH, rng).scores[0] == pytest.approx(1.0)

@@ -208,6 +208,12 @@ def test_the_stated_noise_is_that_of_the_points() -> None:
     assert shaft.model.noise_sigma_m == pytest.approx(0.015, rel=0.05)
 
 
+def test_ovality_is_not_taken_for_noise() -> None:
+    shaft = isolated(shaft_cloud(np.random.default_rng(17), oddity=Oddity(oval_m=0.10)))
+    # as above, and 2 % for the lobes being held back a little
+    assert shaft.model.noise_sigma_m == pytest.approx(0.008, rel=0.07)
+
+
 def test_the_stated_radius_is_the_true_one() -> None:
     model = isolated(shaft_cloud(np.random.default_rng(18))).model
     true_m = [3.0, 2.5, 2.0]

@@ -1,0 +1,31 @@
+"""Settings of all tests, made before NumPy and Prefect are imported, and the server that flows share."""
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+# the stages run side by side; more threads below them only wait for each other on two cores
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+os.environ.setdefault("PREFECT_SERVER_ANALYTICS_ENABLED", "false")
+os.environ.setdefault("DO_NOT_TRACK", "1")
+
+import pytest
+
+from tests.prefect_server import prefect_server
+
+
+@pytest.fixture(scope="session")
+def prefect_api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """URL of a Prefect server that lives as long as the tests; in the environment, for processes too."""
+    home: Path = tmp_path_factory.mktemp("prefect")
+    with prefect_server(home) as url:
+        settings = {"PREFECT_API_URL": url, "PREFECT_HOME": str(home), "PREFECT_LOGGING_LEVEL": "CRITICAL"}
+        before = {name: os.environ.get(name) for name in settings}
+        os.environ.update(settings)
+        yield url
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value

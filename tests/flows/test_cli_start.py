@@ -1,0 +1,100 @@
+"""The command line starts quickly, names its commands and tells wrong usage."""
+
+import importlib
+import subprocess
+import sys
+import tomllib
+
+import pytest
+
+from flows.application import COMMANDS
+from flows.version import VERSION
+from tests.flows.calls import ROOT, call, call_process
+
+HEAVY = {"prefect", "numpy", "open3d", "pydantic", "duckdb", "pyarrow", "scipy", "laspy"}
+
+CONTRACT = ["demo", "init", "check", "schema", "run", "status", "compare", "export", "doctor", "verify"]
+
+
+def test_version_is_that_of_the_project() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    assert project["project"]["version"] == VERSION
+
+
+def test_version_is_told_by_the_process() -> None:
+    called = call_process("--version")
+    assert (called.code, called.out, called.err) == (0, f"tiltwatch {VERSION}\n", "")
+
+
+@pytest.mark.parametrize(
+    "words", [["--version"], ["--help"], ["run", "--help"], ["status", "--help"], ["nonsense"]]
+)
+def test_start_loads_nothing_heavy(words: list[str]) -> None:
+    code = f"import sys; from flows.cli import main; main({words}); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert HEAVY & set(done.stderr.splitlines()[-1].split()) == set()
+
+
+def test_version_does_not_even_load_the_parser() -> None:
+    code = "import sys; from flows.cli import main; main(['--version']); print(*sys.modules, file=sys.stderr)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert "cyclopts" not in done.stderr.split()
+
+
+@pytest.mark.parametrize("name", CONTRACT)
+def test_help_names_every_command_of_the_contract(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    called = call(capsys, "--help")
+    assert called.code == 0
+    assert f"│ {name} " in called.out
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_short_help_is_the_first_line_of_the_command(name: str) -> None:
+    command = getattr(importlib.import_module(f"flows.commands.{name}"), name)
+    assert command.__doc__.splitlines()[0] == COMMANDS[name]
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_every_command_is_shown(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    called = call(capsys, name, "--help")
+    assert called.code == 0
+    assert f"Usage: tiltwatch {name}" in called.out
+
+
+def test_help_of_status_tells_its_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    out = call(capsys, "status", "--help").out
+    assert all(f"Exit code {code}" in out for code in (0, 4, 5, 6))
+
+
+def test_unknown_command_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    called = call(capsys, "chekc")
+    assert called.code == 2
+    assert called.err.startswith('error: Unknown command "chekc". Did you mean "check"?')
+    assert called.err.endswith("`tiltwatch --help` shows what there is\n")
+
+
+def test_unknown_option_names_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    called = call(capsys, "check", "x.toml", "--jsn")
+    assert (called.code, called.out) == (2, "")
+    assert (
+        called.err
+        == "error: Unknown option: --jsn. Did you mean --json? `tiltwatch check --help` shows what there is\n"
+    )
+
+
+def test_missing_word_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    called = call(capsys, "compare", "x.toml", "e2")
+    assert called.code == 2
+    assert "parameter REFERENCE requires an argument" in called.err
+
+
+def test_wrong_choice_of_fail_on_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    called = call(capsys, "run", "x.toml", "--fail-on", "fire")
+    assert called.code == 2
+    assert "quality" in called.err
+
+
+def test_wrong_usage_answers_programs_too(capsys: pytest.CaptureFixture[str]) -> None:
+    called = call(capsys, "check", "--json")
+    assert called.answer["ok"] is False
+    assert called.answer["exit_code"] == 2

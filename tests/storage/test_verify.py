@@ -1,0 +1,122 @@
+"""Verification finds what was damaged, and nothing where nothing was."""
+
+import os
+import shutil
+
+import duckdb
+import numpy as np
+import pytest
+
+from storage.artifacts import artifact_path, put_array
+from storage.catalog import rebuild_catalog
+from storage.publish import publish_epoch
+from storage.tables import table_path
+from storage.verify import Fault, VerifyReport, verify_workspace, verify_workspace_deeply
+from storage.workspace import Workspace, open_workspace
+from tests.storage.campaign import STRUCTURE, epoch_tables, fill
+
+
+@pytest.fixture
+def filled(ws: Workspace) -> Workspace:
+    fill(ws)
+    rebuild_catalog(ws)
+    put_array(ws, "cloud", np.arange(6.0))
+    return ws
+
+
+def only_fault(report: VerifyReport) -> Fault:
+    assert len(report.faults) == 1, report.faults
+    return report.faults[0]
+
+
+def test_an_empty_workspace_has_no_faults(ws: Workspace) -> None:
+    assert verify_workspace(ws).faults == ()
+
+
+def test_a_whole_workspace_has_no_faults(filled: Workspace) -> None:
+    for report in (verify_workspace(filled), verify_workspace_deeply(filled)):
+        assert report.faults == ()
+        assert report.checked > 20
+
+
+def test_a_whole_workspace_that_was_moved_needs_its_catalog_only(filled: Workspace) -> None:
+    moved = open_workspace(filled.root.with_name("moved"))
+    shutil.copytree(filled.root, moved.root, dirs_exist_ok=True)
+    rebuild_catalog(moved)
+    assert verify_workspace(moved).faults == ()
+
+
+def test_a_flipped_byte_of_an_artifact_is_found(filled: Workspace) -> None:
+    path = artifact_path(filled, put_array(filled, "cloud", np.arange(6.0)))
+    path.write_bytes(path.read_bytes()[:-1] + b"x")
+    assert "does not have the digest" in only_fault(verify_workspace(filled)).what
+
+
+def test_a_byte_flipped_behind_an_unchanged_time_is_found_by_the_deep_form(filled: Workspace) -> None:
+    path = artifact_path(filled, put_array(filled, "cloud", np.arange(6.0)))
+    stat = path.stat()
+    path.write_bytes(path.read_bytes()[:-1] + b"x")
+    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    assert "does not have the digest" in only_fault(verify_workspace_deeply(filled)).what
+
+
+def test_a_stranger_among_the_artifacts_is_found(filled: Workspace) -> None:
+    (filled.artifacts / "ab").mkdir(exist_ok=True)
+    (filled.artifacts / "ab" / "notes.txt").touch()
+    assert only_fault(verify_workspace(filled)).where == "artifacts/ab/notes.txt"
+
+
+def test_a_damaged_table_is_found(filled: Workspace) -> None:
+    path = table_path(filled, "tilt", STRUCTURE, "e1")
+    content = path.read_bytes()
+    path.write_bytes(content[:-30] + b"x" * 22 + content[-8:])
+    faults = verify_workspace(filled).faults
+    assert faults[0].where == f"tables/tilt/{STRUCTURE}/e1.parquet"
+    assert "run the epoch again" in faults[0].what_to_do
+
+
+def test_an_epoch_with_a_table_missing_is_found(filled: Workspace) -> None:
+    table_path(filled, "alarms", STRUCTURE, "e1").unlink()
+    faults = verify_workspace(filled).faults
+    assert any(
+        "the epoch is not whole" in fault.what and fault.where == f"{STRUCTURE}/e1" for fault in faults
+    )
+
+
+def test_rows_under_a_wrong_name_are_found(filled: Workspace) -> None:
+    shutil.copy(table_path(filled, "tilt", STRUCTURE, "e0"), table_path(filled, "tilt", STRUCTURE, "e1"))
+    assert f"holds rows of {STRUCTURE}/e0" in {fault.what for fault in verify_workspace(filled).faults}
+
+
+def test_missing_settings_are_found(filled: Workspace) -> None:
+    next((filled.runs / "settings").iterdir()).unlink()
+    faults = verify_workspace(filled).faults
+    assert len(faults) == 2
+    assert all("no settings with digest" in fault.what for fault in faults)
+
+
+def test_a_catalog_behind_the_tables_is_found(filled: Workspace) -> None:
+    publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2))
+    faults = verify_workspace(filled).faults
+    assert any("older than the tables" in fault.what for fault in faults)
+    assert any("shows 2 rows of tilt; the tables hold 3" in fault.what for fault in faults)
+
+
+def test_a_catalog_that_someone_wrote_to_is_found(filled: Workspace) -> None:
+    with duckdb.connect(str(filled.catalog)) as connection:
+        connection.execute("DELETE FROM data.tilt WHERE epoch = 'e1'")
+    assert only_fault(verify_workspace(filled)).what == "shows 1 rows of tilt; the tables hold 2"
+
+
+def test_a_publication_cut_short_is_found_with_its_temps(filled: Workspace) -> None:
+    def stop(step: str) -> None:
+        if step == "journal":
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2), after_step=stop)
+    faults = verify_workspace(filled).faults
+    assert faults[0].where == "publish-journal.json"
+    assert len(faults) == 9
+    rebuild_catalog(filled)
+    assert verify_workspace(filled).faults == ()

@@ -1,0 +1,46 @@
+import numpy as np
+import pytest
+
+from storage.errors import ShapeError
+from tasks.slicing import SCHEMES, cut_slices, slice_heights
+
+
+def test_each_slice_holds_the_points_of_equation_2() -> None:
+    rng = np.random.default_rng(1)
+    z = rng.uniform(-1.0, 12.0, 20_000)
+    heights = slice_heights(SCHEMES["A"], (0.0, 10.01))
+    for height, found in zip(heights, cut_slices(z, heights, 0.01), strict=True):
+        expected = np.flatnonzero((z >= height - 0.005) & (z <= height + 0.005))
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_overlapping_slices_share_points() -> None:
+    z = np.array([0.0, 0.9, 1.1, 2.0])
+    lower, upper = cut_slices(z, np.array([0.5, 1.5]), 1.5)
+    assert lower.tolist() == [0, 1, 2]
+    assert upper.tolist() == [1, 2, 3]
+
+
+def test_both_ends_are_closed_for_decimal_heights() -> None:
+    z = np.array([1.0, 1.005, 1.01, 1.0101, 0.9999])
+    assert cut_slices(z, np.array([1.005]), 0.01)[0].tolist() == [0, 1, 2]
+
+
+def test_heights_need_not_be_sorted() -> None:
+    z = np.array([5.0, 1.0, 3.0])
+    assert [found.tolist() for found in cut_slices(z, np.array([3.0, 1.0, 5.0]), 0.1)] == [[2], [1], [0]]
+
+
+def test_points_that_are_not_numbers_lie_in_no_slice() -> None:
+    z = np.array([np.nan, 1.0, np.inf])
+    assert cut_slices(z, np.array([1.0]), 0.1)[0].tolist() == [1]
+
+
+def test_no_points_or_no_heights_give_empty_slices() -> None:
+    assert [len(found) for found in cut_slices(np.empty(0), np.array([1.0, 2.0]), 0.1)] == [0, 0]
+    assert cut_slices(np.array([1.0]), np.empty(0), 0.1) == []
+
+
+def test_points_of_the_wrong_shape_are_misuse() -> None:
+    with pytest.raises(ShapeError, match=r"heights \(n,\)"):
+        cut_slices(np.zeros((4, 3)), np.array([1.0]), 0.1)
