@@ -39,6 +39,7 @@ def application(called: str | None = None) -> App:
         version=VERSION,
         help_flags=("--help", "-h"),
         version_flags=("--version",),
+        suppress_keyboard_interrupt=False,
     )
     for order, (name, does) in enumerate(COMMANDS.items()):
         made.command(

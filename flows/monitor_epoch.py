@@ -1,6 +1,7 @@
 """One epoch, from station scans to published rows, in the order of the paper's method section."""
 
 from pathlib import Path
+from typing import Final
 
 from prefect import flow
 
@@ -23,6 +24,10 @@ from tasks.plan import plan_axes
 from tasks.settings import load_campaign
 
 
+WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
+"""Another run of the same epoch is waited for: what it computes is then found in the cache."""
+
+
 @flow(name="monitor-epoch", persist_result=False)
 def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochOutcome:
     """Measure the lean of a structure in one epoch under every scheme, and publish it.
@@ -32,7 +37,7 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
     """
     work = _begin(campaign_file, workspace, epoch, schemes)
     result = EpochResult()
-    with epoch_lock(work.workspace, work.campaign.structure.id, epoch):
+    with epoch_lock(work.workspace, work.campaign.structure.id, epoch, timeout_s=WAIT_FOR_OTHERS_S):
         read_scans(work, result)
         register_scans(work, result)
         isolate_shaft_of(work, result)

@@ -1,5 +1,6 @@
 """Which artifacts were hashed already and are unchanged since: hashing gigabytes on every run takes too long."""
 
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +28,8 @@ class _Memory:
 
 
 _MEMORIES: Final[dict[Path, _Memory]] = {}
+_READING: Final = threading.Lock()
+"""Stages run in threads: without it two of them read the same lines on, and one finds them gone."""
 
 
 def stamp_of(path: Path) -> Stamp | None:
@@ -65,11 +68,12 @@ def _place(ws: Workspace) -> Path:
 
 
 def _recalled(ws: Workspace) -> _Memory:
-    memory = _MEMORIES.setdefault(ws.root, _Memory({}, 0))
     place = _place(ws)
-    size = place.stat().st_size if place.exists() else 0
-    if size != memory.bytes_read:
-        _read_on(place, memory, size)
+    with _READING:
+        memory = _MEMORIES.setdefault(ws.root, _Memory({}, 0))
+        size = place.stat().st_size if place.exists() else 0
+        if size != memory.bytes_read:
+            _read_on(place, memory, size)
     return memory
 
 

@@ -71,12 +71,16 @@ def set_aside_if_damaged(workspace: Workspace, key: str) -> None:
     record = workspace.records / key
     if not record.exists():
         return
-    try:
-        whole = all(is_whole(workspace, ref) for ref in record_result(record.read_bytes()).artifacts.values())
-    except ValueError:
-        whole = False
-    if not whole:
+    if not _is_sound(workspace, record):
         record.replace(record.with_name(f"{key}.bad"))
+
+
+def _is_sound(workspace: Workspace, record: Path) -> bool:
+    try:
+        produced = record_result(record.read_bytes())
+    except ValueError:
+        return False
+    return all(is_whole(workspace, ref) for ref in produced.artifacts.values())
 
 
 StageBody = Callable[..., Outcome | FitFailure]

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, check_epochs, workspace_of
 from flows.terminal import answer, say
-from storage.errors import InputError, StorageError
+from storage.errors import StorageError, UsageError
 
 if TYPE_CHECKING:
     from storage.views import ChangeRow
-    from tasks.settings import Campaign
 
 
 def compare(
@@ -40,7 +39,9 @@ def compare(
     from tasks.settings import load_campaign
 
     campaign = load_campaign(file)
-    _check_epochs(campaign, epoch, reference)
+    check_epochs(campaign, (epoch, reference))
+    if epoch == reference:
+        raise UsageError(f"epoch {epoch!r} cannot be compared with itself; name two epochs")
     place = existing_workspace(workspace_of(campaign.folder, workspace))
     rows = epoch_differences(place, campaign.structure.id, epoch, reference)
     if not rows:
@@ -54,15 +55,6 @@ def compare(
     )
     say(*(_line(row, campaign.report.primary) for row in rows))
     return 0
-
-
-def _check_epochs(campaign: "Campaign", epoch: str, reference: str) -> None:
-    for name in (epoch, reference):
-        if campaign.epoch(name) is None:
-            known = ", ".join(known.id for known in campaign.epochs)
-            raise InputError(f"unknown epoch {name!r}; known: {known}")
-    if epoch == reference:
-        raise InputError(f"epoch {epoch!r} cannot be compared with itself; name two epochs")
 
 
 def _facts(row: "ChangeRow") -> dict[str, bool | float | str | None]:

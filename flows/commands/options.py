@@ -1,9 +1,15 @@
 """Words and options that several commands have."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+
+from storage.errors import UsageError
+
+if TYPE_CHECKING:
+    from tasks.settings import Campaign
 
 CampaignFile = Annotated[Path, Parameter(name="FILE", help="campaign file (TOML)")]
 
@@ -22,3 +28,17 @@ DEFAULT_WORKSPACE = "tiltwatch-data"
 def workspace_of(folder: Path, wanted: Path | None) -> Path:
     """Return the workspace that the user wants, or the one beside the campaign file."""
     return wanted if wanted is not None else folder / DEFAULT_WORKSPACE
+
+
+def check_epochs(campaign: "Campaign", names: Sequence[str]) -> None:
+    """Refuse epochs that the campaign does not have.
+
+    Raises
+    ------
+    UsageError
+        With the known epochs.
+    """
+    known = [epoch.id for epoch in campaign.epochs]
+    for name in names:
+        if name not in known:
+            raise UsageError(f"unknown epoch {name!r}; known: {', '.join(known)}")

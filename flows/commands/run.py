@@ -2,12 +2,16 @@
 # ruff: noqa: PLC0415 (heavy imports stand inside the command)
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, check_epochs, workspace_of
 from flows.terminal import answer, log_into, terminal
+from storage.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from tasks.settings import Campaign
 
 LOGS = "logs"
 
@@ -46,6 +50,8 @@ def run(
     from tasks.settings import load_campaign
 
     campaign = load_campaign(file)
+    check_epochs(campaign, epoch)
+    _check_schemes(campaign, scheme)
     place: Path = workspace_of(campaign.folder, workspace)
     log_into(place / LOGS)
     with progress() as on_event:
@@ -57,3 +63,12 @@ def run(
         return answer(code, answer_of(outcome, found))
     tell_results(campaign, outcome, found, all_epochs=terminal().verbose)
     return code
+
+
+def _check_schemes(campaign: "Campaign", names: tuple[str, ...]) -> None:
+    from tasks.plan import plan_axes
+
+    try:
+        plan_axes(campaign, names)
+    except InputError as error:
+        raise UsageError(str(error)) from error
