@@ -2,9 +2,9 @@
 
 from typing import cast
 
+from flows.epoch_steps import registration_of
 from flows.epoch_work import EpochResult, EpochWork
 from flows.outcome import EpochOutcome
-from storage.artifacts import get_json
 from storage.digests import text_sha256
 from storage.ledger import store_settings
 from storage.records import RemovalRow, StationRow
@@ -23,7 +23,6 @@ from tasks.exchange import rebuild
 from tasks.preprocessing import Removal
 from tasks.produced import Json
 from tasks.publishing import EpochTables, publish, with_other_schemes
-from tasks.registration import Registration
 
 
 def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
@@ -34,10 +33,10 @@ def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
     if work.partial:
         tables = with_other_schemes(work.workspace, tables)
     publication = publish(work.workspace, tables)
-    reasons = list(result.reasons)
-    if publication.kept_because is not None:
-        reasons.append(publication.kept_because)
-    return EpochOutcome(work.epoch.id, tables.epoch.state, tuple(reasons), result.bad_input)
+    notes = [*result.notes, *([publication.kept_because] if publication.kept_because else [])]
+    return EpochOutcome(
+        work.epoch.id, tables.epoch.state, tuple(result.reasons), result.bad_input, notes=tuple(notes)
+    )
 
 
 def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
@@ -75,8 +74,7 @@ def _facts(work: EpochWork, result: EpochResult) -> EpochFacts:
 def _stations(work: EpochWork, result: EpochResult, home: Home, scans: list[ScanInput]) -> list[StationRow]:
     registration = None
     if result.registration is not None and result.registration.refusal is None:
-        stored = get_json(work.workspace, result.registration.artifacts["registration"])
-        registration = rebuild(Registration, stored)
+        registration = registration_of(work, result.registration)
     return station_rows(home, scans, registration)
 
 

@@ -1,6 +1,6 @@
 """The steps of an epoch, in the order of the paper; each asks for one or more stages."""
 
-from typing import Any
+from typing import Any, cast
 
 from flows.epoch_work import EpochResult, EpochWork, ReadScan
 from flows.stage_calls import Pending
@@ -21,7 +21,8 @@ from tasks.plan import (
     plan_sigmas,
     plan_standard,
 )
-from tasks.produced import Produced
+from tasks.produced import Json, Produced
+from tasks.registration import Registration
 from tasks.stages import (
     evaluate_epoch,
     fit_scheme_axis,
@@ -42,6 +43,7 @@ def read_scans(work: EpochWork, result: EpochResult) -> None:
     for scan in scans:
         if scan.input.refusal is not None:
             result.refuse(f"station {scan.input.station}: {scan.input.refusal}")
+        result.notes += [f"station {scan.input.station}: {note}" for note in scan.input.notes]
 
 
 def register_scans(work: EpochWork, result: EpochResult) -> None:
@@ -65,7 +67,16 @@ def register_scans(work: EpochWork, result: EpochResult) -> None:
         for scan in used
     ]
     result.registration = work.calls.call(register_epoch, "registration", stations=stations, sigmas=sigmas)
-    _take_refusal(result, "registration", result.registration)
+    if _take_refusal(result, "registration", result.registration):
+        return
+    for diagnosis in registration_of(work, result.registration).diagnoses:
+        if diagnosis.state != "ok":
+            result.reasons.append(f"station {diagnosis.station} is {diagnosis.state}: {diagnosis.reason}")
+
+
+def registration_of(work: EpochWork, produced: Produced) -> Registration:
+    """Load the registration that the stage stored."""
+    return rebuild(Registration, get_json(work.workspace, produced.artifacts["registration"]))
 
 
 def isolate_shaft_of(work: EpochWork, result: EpochResult) -> None:
@@ -119,7 +130,16 @@ def evaluate_schemes(work: EpochWork, result: EpochResult) -> None:
     result.tilt = tuple(get_rows(work.workspace, produced.artifacts["tilt"], TiltRow))
     result.accuracy = tuple(get_rows(work.workspace, produced.artifacts["accuracy"], AccuracyRow))
     if produced.facts["control_missing"] is not None:
-        result.reasons.append(f"no relative errors: {produced.facts['control_missing']}")
+        result.notes.append(f"no relative errors: {produced.facts['control_missing']}")
+    _check_primary(work, result)
+
+
+def _check_primary(work: EpochWork, result: EpochResult) -> None:
+    """An epoch whose primary scheme gave no axis has a result, but not the one that counts."""
+    primary = tuple(work.campaign.report.primary)
+    for outcome in result.outcomes:
+        if (outcome.scheme.name, outcome.method.name) == primary and outcome.lean is None:
+            result.reasons.append(f"the primary {'/'.join(primary)} gave no axis: {outcome.reason}")
 
 
 def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str, Pending | None]:
@@ -153,7 +173,8 @@ def _finish_scan(
     first_with.setdefault(digest, plan.station)
     count = produced.facts.get("n_points")
     n_points = count if isinstance(count, int) else None
-    return ReadScan(plan, ScanInput(plan.station, digest, n_points, refusal), produced)
+    notes = tuple(str(note) for note in cast("list[Json]", produced.facts.get("notes", [])))
+    return ReadScan(plan, ScanInput(plan.station, digest, n_points, refusal, notes), produced)
 
 
 def _ask_for_slices(work: EpochWork, shaft: Produced, axis: PlannedAxis) -> Pending:

@@ -35,7 +35,7 @@ class ReadScan:
 
 @dataclass(slots=True)
 class EpochResult:
-    """What the steps have so far; ``reasons`` are those why the epoch is not ok."""
+    """What the steps have so far; ``reasons`` are those why the epoch is not ok, ``notes`` leave it ok."""
 
     scans: tuple[ReadScan, ...] = ()
     registration: Produced | None = None
@@ -44,6 +44,7 @@ class EpochResult:
     tilt: tuple[TiltRow, ...] = ()
     accuracy: tuple[AccuracyRow, ...] = ()
     reasons: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     bad_input: bool = False
 
     @property

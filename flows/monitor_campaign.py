@@ -1,12 +1,14 @@
 """A campaign: every epoch that is asked for, one after the other, and the catalog over all of them."""
 
+import os
 import time
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from prefect import flow
+from prefect import Flow, flow
+from prefect.task_runners import ThreadPoolTaskRunner
 
 from flows.ledger import RunLedger, current_ledger, new_run_id
 from flows.monitor_epoch import monitor_epoch
@@ -16,6 +18,8 @@ from storage.errors import InputError, TiltwatchError
 from storage.ledger import append_run
 from storage.workspace import Workspace, open_workspace
 from tasks.settings import Campaign, load_campaign
+
+EpochFlow = Flow[[str, str, str, list[str]], EpochOutcome]
 
 CATALOG_EVERY_S: Final = 20.0
 """In a long run the catalog follows the epochs at least this often; at the end it always does."""
@@ -31,10 +35,11 @@ def monitor_campaign(
     ledger = _ledger(campaign)
     chosen = _chosen_epochs(campaign, campaign_file, epochs or [])
     catalog = _Catalog(place)
+    epoch_flow = _epoch_flow(campaign, place)
     try:
         outcomes = []
         for epoch in chosen:
-            outcomes.append(_process(campaign_file, place, epoch, schemes or []))
+            outcomes.append(_process(epoch_flow, campaign_file, place, epoch, schemes or []))
             catalog.follow()
         return outcomes
     finally:
@@ -42,11 +47,21 @@ def monitor_campaign(
         rebuild_catalog(place)
 
 
-def _process(campaign_file: str, workspace: Workspace, epoch: str, schemes: list[str]) -> EpochOutcome:
+def _epoch_flow(campaign: Campaign, workspace: Workspace) -> EpochFlow:
+    """The flow of an epoch, with its records in the workspace and no more stages at once than asked for."""
+    workers = campaign.execution.workers or os.cpu_count() or 1
+    return monitor_epoch.with_options(
+        result_storage=workspace.records,
+        persist_result=False,
+        task_runner=ThreadPoolTaskRunner(max_workers=workers),  # type: ignore[arg-type]
+    )
+
+
+def _process(
+    epoch_flow: EpochFlow, campaign_file: str, workspace: Workspace, epoch: str, schemes: list[str]
+) -> EpochOutcome:
     try:
-        # the records of stages belong to the workspace, whatever Prefect's own settings say
-        flow_here = monitor_epoch.with_options(result_storage=workspace.records, persist_result=False)
-        return flow_here(campaign_file, str(workspace.root), epoch, schemes)
+        return epoch_flow(campaign_file, str(workspace.root), epoch, schemes)
     except TiltwatchError as fault:
         return EpochOutcome(epoch, "failed", (str(fault),), bad_input=isinstance(fault, InputError))
     except Exception as fault:

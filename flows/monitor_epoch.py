@@ -23,7 +23,6 @@ from storage.workspace import Workspace
 from tasks.plan import plan_axes
 from tasks.settings import load_campaign
 
-
 WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
 """Another run of the same epoch is waited for: what it computes is then found in the cache."""
 

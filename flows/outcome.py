@@ -13,6 +13,7 @@ class EpochOutcome:
     reasons: tuple[str, ...]
     bad_input: bool
     fault: str | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

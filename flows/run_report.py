@@ -45,6 +45,7 @@ def tell_errors(epochs: Sequence[EpochOutcome]) -> None:
     for epoch in epochs:
         grave = epoch.bad_input or epoch.fault or epoch.state == "failed"
         complain(*(f"{'error' if grave else 'warning'}: {epoch.epoch}: {reason}" for reason in epoch.reasons))
+        complain(*(f"note: {epoch.epoch}: {note}" for note in epoch.notes))
         if epoch.fault:
             complain(f"error: {epoch.epoch}: traceback in {keep_log(epoch.fault)}")
 
@@ -75,6 +76,7 @@ def answer_of(outcome: RunOutcome, found: Sequence[Condition]) -> dict[str, Json
                 "epoch": epoch.epoch,
                 "state": epoch.state,
                 "errors": list(epoch.reasons),
+                "notes": list(epoch.notes),
             }
             for epoch in outcome.epochs
         ],

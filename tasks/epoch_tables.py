@@ -38,6 +38,7 @@ class ScanInput:
     digest: str | None
     n_points: int | None
     refusal: str | None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -179,6 +180,7 @@ def _placed_row(home: Home, scan: ScanInput, pose: StationPose, diagnosis: PoseD
         weakest_direction=diagnosis.weakest_direction,
         state=diagnosis.state,
         reason=diagnosis.reason,
+        notes="; ".join(scan.notes) or None,
     )
 
 
@@ -204,4 +206,5 @@ def _unplaced_row(home: Home, scan: ScanInput) -> StationRow:
         weakest_direction=None,
         state="failed",
         reason=scan.refusal or "not placed, because the epoch failed",
+        notes="; ".join(scan.notes) or None,
     )

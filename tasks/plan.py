@@ -113,9 +113,8 @@ def plan_prior(campaign: Campaign) -> StructurePrior:
 
 
 def plan_options(campaign: Campaign) -> ShaftOptions:
-    """Options of the isolation of the shaft; what the file leaves out is the stage's own default."""
-    voxel_m = campaign.preprocessing.voxel_m
-    return ShaftOptions() if voxel_m is None else ShaftOptions(voxel_m=voxel_m)
+    """Options of the isolation of the shaft."""
+    return ShaftOptions(**campaign.preprocessing.model_dump())
 
 
 def plan_standard(campaign: Campaign, epoch: Epoch) -> Standard:

@@ -52,7 +52,10 @@ def _wait_until_healthy(server: subprocess.Popen[bytes], port: int, log: Path) -
     while time.monotonic() < deadline:
         if server.poll() is not None:
             break
-        with suppress(OSError), urllib.request.urlopen(f"http://127.0.0.1:{port}/api/health", timeout=2) as answer:
+        with (
+            suppress(OSError),
+            urllib.request.urlopen(f"http://127.0.0.1:{port}/api/health", timeout=2) as answer,
+        ):
             if answer.status == 200:
                 return
         time.sleep(0.2)

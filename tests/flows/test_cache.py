@@ -27,7 +27,13 @@ def processed(tmp_path_factory: pytest.TempPathFactory, prefect_api: str) -> Pat
         file.write("\n[schemes.G]\ninterval_m = 2.5\n")
     first = run(campaign, folder / "ws")
     assert first.cached == 0
-    assert computed_stages(first) >= {"ingest ST01", "registration", "preprocessing", "slicing G/robust", "evaluation"}
+    assert computed_stages(first) >= {
+        "ingest ST01",
+        "registration",
+        "preprocessing",
+        "slicing G/robust",
+        "evaluation",
+    }
     return folder
 
 
@@ -78,7 +84,11 @@ def test_a_changed_comment_in_the_campaign_file_recomputes_nothing(copied: Path)
 
 
 def test_another_limit_recomputes_the_evaluation_only(copied: Path) -> None:
-    replace_text(copied / "campaign.toml", 'table = "gb50078-concrete-quoted"', "verticality_m = [[90.0, 0.5], [110.0, 0.6]]")
+    replace_text(
+        copied / "campaign.toml",
+        'table = "gb50078-concrete-quoted"',
+        "verticality_m = [[90.0, 0.5], [110.0, 0.6]]",
+    )
     assert computed_stages(run(copied / "campaign.toml", copied / "ws")) == {"evaluation"}
 
 

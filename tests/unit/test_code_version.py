@@ -75,7 +75,10 @@ def test_a_new_variant_changes_the_version_of_the_stage_that_finds_it(checkout: 
     [
         ('"""Robust scales and weights.', '"""Robust scales, and weights.'),
         ("def mad_sigma(", "# a comment\n\n\ndef mad_sigma("),
-        ("u = np.clip(np.abs(residuals) / (cut * sigma), 0.0, 1.0)", "u = np.clip(\n        np.abs(residuals) / (cut * sigma), 0.0, 1.0\n    )"),
+        (
+            "u = np.clip(np.abs(residuals) / (cut * sigma), 0.0, 1.0)",
+            "u = np.clip(\n        np.abs(residuals) / (cut * sigma), 0.0, 1.0\n    )",
+        ),
     ],
     ids=["docstring", "comment", "layout"],
 )
@@ -99,5 +102,7 @@ def test_a_lazy_import_inside_a_function_is_reached(checkout: Path) -> None:
         "    from tasks.registration import pairs\n\n    heights_m = slice_heights",
     ):
         before = version_in(checkout)
-        with Edited(checkout / "tasks/registration/pairs.py", "QUERIES: Final = 5000", "QUERIES: Final = 5001"):
+        with Edited(
+            checkout / "tasks/registration/pairs.py", "QUERIES: Final = 5000", "QUERIES: Final = 5001"
+        ):
             assert version_in(checkout) != before

@@ -33,7 +33,9 @@ def test_every_scheme_travels_unchanged(scheme: SlicingScheme) -> None:
         Method("paper", "kasa", "irls", 0.01),
         StructurePrior("chimney", (2.0, 102.01), (0.1, -0.1), (4.6, 2.7)),
         InstrumentSigmas((0.015, 0.0225), 0.0026, 1.4e-5),
-        Standard(102.0, None, ((100.0, 0.06), (120.0, 0.065)), ("F", "paper"), (ReferenceLean("ts", 0.1, 0.2),)),
+        Standard(
+            102.0, None, ((100.0, 0.06), (120.0, 0.065)), ("F", "paper"), (ReferenceLean("ts", 0.1, 0.2),)
+        ),
         Standard(102.0, "bre-digest-475", None, ("total station",), ()),
     ],
     ids=lambda value: type(value).__name__,
@@ -58,7 +60,9 @@ def test_a_registration_travels_with_its_covariance() -> None:
 
 
 def test_a_missing_field_is_refused() -> None:
-    with pytest.raises(TypeError, match=r"Method needs \['axis', 'contour', 'name', 'thickness_m'\], got \['name'\]"):
+    with pytest.raises(
+        TypeError, match=r"Method needs \['axis', 'contour', 'name', 'thickness_m'\], got \['name'\]"
+    ):
         rebuild(Method, {"name": "paper"})
 
 

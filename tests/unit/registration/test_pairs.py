@@ -15,7 +15,9 @@ def wall_and_ground(rng: np.random.Generator) -> np.ndarray:
 
 
 def moved(pose: StationPose, step: np.ndarray) -> StationPose:
-    return StationPose(pose.station, rotation_from_vector(step[:3]) @ pose.rotation, pose.position_m + step[3:])
+    return StationPose(
+        pose.station, rotation_from_vector(step[:3]) @ pose.rotation, pose.position_m + step[3:]
+    )
 
 
 @pytest.mark.parametrize("parameter", range(12))
@@ -35,7 +37,9 @@ def test_jacobian_is_the_numeric_derivative_of_the_residuals(parameter: int) -> 
             source.to_site(points), normals @ source.rotation.T, clouds[1], target, gate_m=0.5
         ).residuals_m
 
-    matched = _matches(poses[0].to_site(points), normals @ poses[0].rotation.T, clouds[1], poses[1], gate_m=0.5)
+    matched = _matches(
+        poses[0].to_site(points), normals @ poses[0].rotation.T, clouds[1], poses[1], gate_m=0.5
+    )
     step = 1e-7 * np.eye(12)[parameter]
     numeric = (residuals(step) - residuals(-step)) / 2e-7
     # second-order terms of a step of 1e-7 at 20 m are far below

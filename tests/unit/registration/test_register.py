@@ -41,7 +41,9 @@ def test_every_station_of_a_good_epoch_is_ok(registration: Registration) -> None
     assert all(d.overlap is not None and d.overlap > 0.05 for d in registration.diagnoses)
 
 
-def test_turning_and_shifting_the_site_moves_the_poses_with_it(site: Site, registration: Registration) -> None:
+def test_turning_and_shifting_the_site_moves_the_poses_with_it(
+    site: Site, registration: Registration
+) -> None:
     turn_rad, shift = 0.7, np.array([1000.0, -2000.0, 50.0])
     turn = rotation_site_scanner(turn_rad)
     moved = [
@@ -83,7 +85,9 @@ def test_scans_that_share_nothing_stay_at_their_priors_and_say_so(site: Site) ->
     far = replace(site.scans[1], position_m=site.scans[1].position_m + 5000.0)
     registration = register_stations((site.scans[0], far), SIGMAS)
     assert [d.state for d in registration.diagnoses] == ["suspect", "suspect"]
-    assert all(d.reason is not None and "overlaps no other station" in d.reason for d in registration.diagnoses)
+    assert all(
+        d.reason is not None and "overlaps no other station" in d.reason for d in registration.diagnoses
+    )
     assert all(d.weakest_direction is None for d in registration.diagnoses)
 
 
