@@ -40,4 +40,4 @@ class StationRow:
     ]
     state: Annotated[str, Column("ok, suspect (used; see reason) or failed (not used)")]
     reason: Annotated[str | None, Column("why the state is not ok")]
-    notes: Annotated[str | None, Column("what the reader of the scan found worth telling")]
+    notes: Annotated[str | None, Column("what the reader of the scan found worth telling")] = None
