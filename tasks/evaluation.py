@@ -1,7 +1,7 @@
 """Evaluate an epoch: tilt, verdict and accuracy of every scheme and method that gave an axis."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import datetime
 
 import numpy as np
@@ -114,9 +114,6 @@ def _tilt_row(occasion: Occasion, named: NamedLean, height_m: float, limit: Limi
         n_centres=lean.n_centres,
         base_east_m=float(base[0]),
         base_north_m=float(base[1]),
-        d_east=figures.d_east,
-        d_north=figures.d_north,
-        d_up=figures.d_up,
         lean_east=float(lean.lean[0]),
         lean_north=float(lean.lean[1]),
         lean_cov_ee=float(lean.covariance[0, 0]),
@@ -125,15 +122,8 @@ def _tilt_row(occasion: Occasion, named: NamedLean, height_m: float, limit: Limi
         point_cov_ee=float(lean.point_covariance[0, 0]),
         point_cov_en=float(lean.point_covariance[0, 1]),
         point_cov_nn=float(lean.point_covariance[1, 1]),
-        tilt_deg=figures.tilt_deg,
-        tilt_sigma_deg=figures.tilt_sigma_deg,
-        azimuth_deg=figures.azimuth_deg,
-        azimuth_sigma_deg=figures.azimuth_sigma_deg,
-        beta_deg=figures.beta_deg,
-        verticality_permille=figures.verticality_permille,
         height_m=height_m,
-        deviation_m=figures.deviation_m,
-        deviation_sigma_m=figures.deviation_sigma_m,
+        **asdict(figures),
         allowable_m=judged.allowable_m,
         verdict=judged.verdict,
         verdict_reason=judged.reason,

@@ -13,11 +13,11 @@ from tasks.axis.model import AxisEstimator
 from tasks.geometry.failure import FitFailure
 
 EPSILON_M2: Final = 1e-6
-"""Epsilon of eq. 16, square metres: a scale of 1 mm that is fixed in metres (science.md 2c)."""
+"""Epsilon of eq. 16, square metres: a scale of 1 mm that is fixed in metres (docs/estimators.md)."""
 
 DELTA: Final = 1e-4
 """Threshold of eq. 17. The paper does not state it; only about 1e-4 gives its printed iteration counts 2, 2, 2, 4
-(science.md 1.3). Converged results need 1e-8 and scatter more (efficiency 0.55 against 0.88)."""
+(docs/estimators.md). Converged results need 1e-8 and scatter more (efficiency 0.55 against 0.88)."""
 
 MOST_ITERATIONS: Final = 100
 """k_max of eq. 17."""

@@ -38,7 +38,7 @@ def fit_robust_line(centres: Centres) -> Axis | FitFailure:
 
     References
     ----------
-    science.md 2c, 2e, 3.
+    docs/estimators.md.
     """
     if centres.count == 2:
         return fit_two_points(centres)

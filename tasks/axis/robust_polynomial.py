@@ -90,7 +90,7 @@ def fit_polynomial(observations: Observations) -> PolynomialFit | FitFailure:
 
     References
     ----------
-    Huber 1981, Robust Statistics; Paule & Mandel 1982, J. Res. NBS 87 (model error); science.md 2c.
+    Huber 1981, Robust Statistics; Paule & Mandel 1982, J. Res. NBS 87 (model error); docs/estimators.md.
     """
     m = len(observations.basis)
     try:

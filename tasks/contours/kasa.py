@@ -24,7 +24,7 @@ def fit_kasa(section: Section) -> Contour | FitFailure:
     """Fit x^2 + y^2 + D x + E y + F = 0 to the points projected on the plane, by least squares.
 
     Nothing is straightened, weighted or rejected. On arcs below a half circle the circle shrinks towards the arc
-    (science.md 2a); the covariance does not cover that bias.
+    (docs/estimators.md); the covariance does not cover that bias.
 
     References
     ----------

@@ -49,7 +49,7 @@ def fit_robust_circle(section: Section) -> Contour | FitFailure:
 
     References
     ----------
-    Huber 1981, Robust Statistics, section 7.6 (covariance); science.md 2a, 2c.
+    Huber 1981, Robust Statistics, section 7.6 (covariance); docs/estimators.md.
     """
     straight = straighten(section)
     start = resistant_circle(straight)

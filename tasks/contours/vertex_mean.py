@@ -31,7 +31,7 @@ def fit_vertex_mean(section: Section) -> Contour | FitFailure:
 
     The covariance is R^2 / (2 n) for each component, n the cells that hold points: the sampling scatter of a mean of n
     independent places on a ring. **The bias is not covered**: a density 1 + kappa cos(theta) of sparse points shifts
-    the mean by kappa R / 2, a gap of half-width g by -R sin g / (pi - g) (science.md 2b): decimetres in practice.
+    the mean by kappa R / 2, a gap of half-width g by -R sin g / (pi - g) (docs/estimators.md): decimetres in practice.
     The radius is the mean distance of the vertices, about half a cell too large.
 
     References

@@ -17,7 +17,7 @@ TUKEY_1D: Final = 4.685
 """Cut of Tukey's biweight in sigmas for one-dimensional residuals: efficiency 0.95 at the normal."""
 
 TUKEY_2D: Final = 5.2
-"""The same for the length of two-dimensional residuals (science.md 2c)."""
+"""The same for the length of two-dimensional residuals (docs/estimators.md)."""
 
 
 def mad_sigma(residuals: NDArray[np.float64]) -> float:

@@ -2,7 +2,7 @@
 
 All of it is piecewise linear in height. Stiffness (small second differences of axis and radius, small and slowly
 changing lobes) carries it through heights that are half hidden, where the position of the centre along the line of
-sight, the radius and the ovality cannot be told apart from the points of that height alone (science.md, section 6).
+sight, the radius and the ovality cannot be told apart from the points of that height alone (docs/estimators.md).
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ LOBE_CHANGE_SD_RADII: Final = 0.003
 """Prior sd of its change from knot to knot, in radii."""
 
 POINTS_PER_INDEPENDENT_ONE: Final = 30.0
-"""Neighbouring points err together (registration, roughness): they are worth this many times less (science.md 7)."""
+"""Neighbouring points err together (registration, roughness): they are worth this many times less (docs/estimators.md)."""
 
 SIGMA_FLOOR_M: Final = 1e-4
 """Smallest noise believed: below it a perfect synthetic surface would reject its own rounding."""

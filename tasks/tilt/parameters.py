@@ -11,7 +11,7 @@ from tasks.conventions import azimuth_deg
 from tasks.tilt.paper import beta_deg
 
 SIGNIFICANT_SIGMAS: Final = 3.0
-"""A lean below this many sigmas has no direction that one could sign (science.md section 4)."""
+"""A lean below this many sigmas has no direction that one could sign (docs/estimators.md)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,7 +73,7 @@ def test_iteration_ends_at_the_largest_number() -> None:
 
 
 def test_unit_of_length_changes_the_direction_because_epsilon_is_in_metres() -> None:
-    # a known weakness of the paper's weights (science.md 2c), kept to the letter
+    # a known weakness of the paper's weights (docs/estimators.md), kept to the letter
     centres = shaft(np.random.default_rng(4), 21).centres_m
     metres, millimetres = irls(centres, 1e-8), irls(1000.0 * centres, 1e-8)
     assert np.abs(millimetres.lean - metres.lean).max() > 1e-6

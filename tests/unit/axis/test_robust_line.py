@@ -13,7 +13,7 @@ def line(data: Shaft) -> Axis:
 
 
 def bound(m: int, sigma_m: float) -> float:
-    """Variance of one component of the lean of an unweighted line (science.md section 3)."""
+    """Variance of one component of the lean of an unweighted line (docs/estimators.md)."""
     return sigma_m**2 / float(np.sum((np.linspace(0.0, 100.0, m) - 50.0) ** 2))
 
 

@@ -7,7 +7,7 @@ from tasks.geometry.failure import FitFailure
 from tests.unit.contours.rings import ring, section_of
 
 ARC_FACTORS = [(360.0, 2.0, 2.0), (180.0, 10.6, 2.0), (120.0, 43.8, 3.41), (90.0, 129.0, 5.50)]
-"""Arc and variances of the centre along and across, in sigma^2 / N (science.md section 3)."""
+"""Arc and variances of the centre along and across, in sigma^2 / N (docs/estimators.md)."""
 
 
 def centres(name: str, sections: list[Section]) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ def test_line_of_a_cantilever_leans_by_six_and_a_half_per_cent_more_than_its_cho
         lean=Horizontal(0.0, 0.0), bend_top_m=Horizontal(0.1, 0.0), bend_form="cantilever", height_m=100.0
     )
     truth = axis_truth(shape, 0.0, 100.0)
-    # science.md 2e: +6.5 % against the chord, printed to one decimal
+    # docs/estimators.md: +6.5 % against the chord, printed to one decimal
     assert truth.lean.east * 100.0 / 0.1 == pytest.approx(1.065, abs=0.002)
 
 
