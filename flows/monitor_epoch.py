@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Final
 
 from prefect import flow
+from prefect.serializers import JSONSerializer
 
 from flows.epoch_publication import publish_result
 from flows.epoch_steps import (
@@ -17,7 +18,7 @@ from flows.epoch_work import EpochResult, EpochWork
 from flows.ledger import current_ledger
 from flows.outcome import EpochOutcome
 from flows.stage_calls import StageCalls
-from storage.errors import InputError
+from storage.errors import InputError, UsageError
 from storage.locks import epoch_lock
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
@@ -26,13 +27,26 @@ from tasks.settings import load_campaign
 WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
 """Another run of the same epoch is waited for: what it computes is then found in the cache."""
 
+PLAIN_JSON: Final = JSONSerializer(object_encoder=None, object_decoder=None)
+"""Prefect stores the exception of a failed flow whatever ``persist_result`` says; this way never as a pickle."""
 
-@flow(name="monitor-epoch", persist_result=False)
+
+@flow(name="monitor-epoch", persist_result=False, result_serializer=PLAIN_JSON)
 def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochOutcome:
     """Measure the lean of a structure in one epoch under every scheme, and publish it.
 
     Stages that were done before on the same input, with the same parameters and code, are taken from the
     cache. Bad input is a recorded state of the epoch, not an exception.
+
+    It is a part of monitor_campaign, which says where the records go and keeps the ledger and the catalog;
+    for one epoch alone call that with ``epochs=[epoch]``.
+
+    Raises
+    ------
+    UsageError
+        If monitor_campaign did not call.
+    InputError
+        If the campaign has no such epoch.
     """
     work = _begin(campaign_file, workspace, epoch, schemes)
     result = EpochResult()
@@ -52,6 +66,11 @@ def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -
         known = ", ".join(known.id for known in campaign.epochs)
         raise InputError(f"{campaign_file}: no epoch {epoch!r}; known: {known}")
     place = Workspace(Path(workspace))
-    calls = StageCalls(current_ledger.get(), epoch, workspace)
+    ledger = current_ledger.get(None)
+    if ledger is None:
+        raise UsageError(
+            f"monitor_epoch needs the ledger of monitor_campaign: call monitor_campaign(..., epochs=[{epoch!r}])"
+        )
+    calls = StageCalls(ledger, epoch, workspace)
     axes = tuple(plan_axes(campaign, schemes))
     return EpochWork(campaign, chosen, place, calls, axes, partial=bool(schemes))
