@@ -28,6 +28,7 @@ from tasks.settings import Campaign, load_campaign
 
 EpochFlow = Flow[[str, str, str, list[str]], EpochOutcome]
 
+
 class EpochsFailedError(TiltwatchError):
     """Epochs of a deployed run failed; the others are published."""
 

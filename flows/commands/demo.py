@@ -49,6 +49,7 @@ def demo(
     log_into(place.root / LOGS)
     note(f"simulating {epochs} epochs of {stations} stations in {place.root / CAMPAIGN}")
     file = write_simulated_campaign(place.root / CAMPAIGN, request)
+    note("starting the workflow engine: some seconds")
     with progress() as on_event:
         outcome = run_campaign(RunRequest(file, place.root), on_event)
     campaign = load_campaign(file)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, check_epochs, workspace_of
-from flows.terminal import answer, log_into, terminal
+from flows.terminal import answer, log_into, note, terminal
 from storage.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ def run(
     _check_schemes(campaign, scheme)
     place: Path = workspace_of(campaign.folder, workspace)
     log_into(place / LOGS)
+    note("starting the workflow engine: some seconds")
     with progress() as on_event:
         outcome = run_campaign(RunRequest(file, place, epoch, scheme), on_event)
     found = conditions_of_run(campaign, outcome)
