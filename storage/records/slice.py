@@ -4,45 +4,17 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from storage.records.column import Column
+from storage.records.section import SectionFit
 
 
 @dataclass(frozen=True, slots=True)
-class SliceRow:
+class SliceRow(SectionFit):
     """A slice of an epoch under a scheme and method, with its part in the axis."""
 
     structure: Annotated[str, Column("id of the structure")]
     epoch: Annotated[str, Column("id of the epoch")]
     scheme: Annotated[str, Column("slicing scheme")]
     method: Annotated[str, Column("paper, robust or surface")]
-    slice_index: Annotated[int, Column("number of the slice from the bottom, from 0")]
-    z_m: Annotated[float, Column("height of the slice's centre in the site frame", "m")]
-    thickness_m: Annotated[float, Column("thickness of the slice", "m")]
-    n_points: Annotated[int, Column("points in the slice")]
-    n_points_fit: Annotated[int | None, Column("points with a weight above zero in the contour fit")]
-    center_east_m: Annotated[float | None, Column("east of the contour's centre", "m")]
-    center_north_m: Annotated[float | None, Column("north of the contour's centre", "m")]
-    radius_m: Annotated[
-        float | None, Column("radius of the contour; mean distance of the vertices for a vertex mean", "m")
-    ]
-    sigma_center_m: Annotated[
-        float | None,
-        Column("standard deviation of one component of the centre, root mean square of both", "m"),
-    ]
-    center_cov_ee: Annotated[
-        float | None, Column("variance of the centre's east, from the points alone", "m2")
-    ]
-    center_cov_en: Annotated[
-        float | None, Column("covariance of the centre's east and north, from the points alone", "m2")
-    ]
-    center_cov_nn: Annotated[
-        float | None, Column("variance of the centre's north, from the points alone", "m2")
-    ]
-    rmse_m: Annotated[float | None, Column("root mean square distance of the points from the contour", "m")]
-    arc_coverage_deg: Annotated[
-        float | None, Column("share of the circumference that has points, in sectors of 5 degrees", "deg")
-    ]
-    state: Annotated[str, Column("ok or failed")]
-    reason: Annotated[str | None, Column("why the slice failed")]
     weight: Annotated[
         float | None, Column("weight of the centre in the axis, the largest is 1; NULL where no centre", "1")
     ]
