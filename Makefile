@@ -1,15 +1,24 @@
 # make demo    simulate a campaign with known truth, run everything on it, print found against true
 # make test    the tests;  make test-all  the slow ones too
 # make lint    style, types, import rules;  make format  put the style right
+# make setup   the set-up alone
 # make lock    resolve requirements.lock anew
 # Each does all the set-up alone, into .venv: the first time about a minute, then nothing.
 
-PYTHON ?= python3
+# which Python .venv is made with; left empty: the first of python3, python3.13, 3.12, 3.11 that fits
+PYTHON ?=
 BIN := .venv/bin
 # an inherited 1 would make every start compile every module again
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: demo test test-all lint format lock clean
+# the set-up that was finished says for which folder; in a checkout that was moved nothing in .venv starts
+ifneq ($(shell cat .venv/ready 2>/dev/null),$(CURDIR))
+.PHONY: .venv/ready
+endif
+
+.PHONY: setup demo test test-all lint format lock clean
+
+setup: .venv/ready
 
 demo: .venv/ready
 	@$(BIN)/tiltwatch demo
@@ -36,7 +45,6 @@ lock: .venv/ready
 
 .venv/ready: requirements.lock pyproject.toml infra/install.sh
 	@PYTHON="$(PYTHON)" sh infra/install.sh
-	@touch $@
 
 clean:
 	rm -rf .venv .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -1,13 +1,14 @@
 """Publish an epoch: its tables whole, then the catalog that people read."""
 
+from dataclasses import replace
 from typing import cast
 
-from flows.epoch_steps import registration_of
+from flows.epoch_steps import levels_of, registration_of
 from flows.epoch_work import EpochResult, EpochWork
 from flows.outcome import EpochOutcome
 from storage.digests import text_sha256
 from storage.ledger import store_settings
-from storage.records import RemovalRow, StationRow
+from storage.records import EpochRow, RemovalRow, StationRow
 from storage.workspace import SCHEMA_VERSION
 from tasks.epoch_tables import (
     EpochFacts,
@@ -18,8 +19,11 @@ from tasks.epoch_tables import (
     scheme_rows,
     slice_rows,
     station_rows,
+    with_levels,
 )
+from tasks.evaluation import compare_with_control
 from tasks.exchange import rebuild
+from tasks.plan import plan_standard
 from tasks.preprocessing import Removal
 from tasks.produced import Json
 from tasks.publishing import EpochTables, publish, with_other_schemes
@@ -30,20 +34,44 @@ def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
     campaign = work.campaign
     store_settings(work.workspace, campaign.digest, campaign.filled_in_json())
     tables = _tables(work, result)
+    left_out: tuple[str, ...] = ()
     if work.partial:
-        tables = with_other_schemes(work.workspace, tables)
+        merged = with_other_schemes(work.workspace, tables, plan_standard(campaign, work.epoch))
+        tables, left_out = merged.tables, merged.left_out
+    _judge(work, result, tables)
+    tables = replace(tables, epoch=_epoch_row(work, result, has_result=bool(tables.tilt)))
     publication = publish(work.workspace, tables)
-    notes = [*result.notes, *([publication.kept_because] if publication.kept_because else [])]
+    if publication.kept_because is not None:
+        result.notes.append(publication.kept_because)
+    elif left_out:
+        result.notes.append(
+            f"schemes {', '.join(left_out)} rested on other scans, poses or points and are left out; "
+            "run without --scheme"
+        )
     return EpochOutcome(
-        work.epoch.id, tables.epoch.state, tuple(result.reasons), result.bad_input, notes=tuple(notes)
+        work.epoch.id, tables.epoch.state, tuple(result.reasons), result.bad_input, notes=tuple(result.notes)
     )
+
+
+def _judge(work: EpochWork, result: EpochResult, tables: EpochTables) -> None:
+    """Say what of the schemes leaves the epoch without a result, without the one that counts, or uncompared."""
+    primary = tuple(work.campaign.report.primary)
+    for row in tables.schemes:
+        if (row.scheme, row.method) == primary and row.state != "ok":
+            result.reasons.append(f"the primary {'/'.join(primary)} gave no axis: {row.reason}")
+    if tables.schemes and not tables.tilt:
+        first = tables.schemes[0]
+        result.refuse(f"no scheme gave an axis; {first.scheme}/{first.method}: {first.reason}")
+    missing = compare_with_control(tables.tilt, plan_standard(work.campaign, work.epoch)).control_missing
+    if tables.tilt and missing is not None:
+        result.notes.append(f"no relative errors: {missing}")
 
 
 def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
     home = Home(work.campaign.structure.id, work.epoch.id)
     scans = [scan.input for scan in result.scans]
     return EpochTables(
-        epoch=epoch_row(home, _facts(work, result), scans),
+        epoch=_epoch_row(work, result, has_result=bool(result.tilt)),
         stations=_stations(work, result, home, scans),
         removals=_removals(result, home),
         slices=[row for outcome in result.outcomes for row in slice_rows(home, outcome)],
@@ -53,7 +81,12 @@ def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
     )
 
 
-def _facts(work: EpochWork, result: EpochResult) -> EpochFacts:
+def _epoch_row(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochRow:
+    home = Home(work.campaign.structure.id, work.epoch.id)
+    return epoch_row(home, _facts(work, result, has_result=has_result), [scan.input for scan in result.scans])
+
+
+def _facts(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochFacts:
     campaign = work.campaign
     versions = sorted({row.code_version for row in work.calls.ledger.rows if row.epoch == work.epoch.id})
     used = result.shaft.facts.get("n_points_used") if result.shaft is not None else None
@@ -67,7 +100,7 @@ def _facts(work: EpochWork, result: EpochResult) -> EpochFacts:
         code_version=text_sha256("\n".join(versions)),
         schema_version=SCHEMA_VERSION,
         reasons=tuple(result.reasons),
-        has_result=bool(result.tilt),
+        has_result=has_result,
     )
 
 
@@ -75,7 +108,10 @@ def _stations(work: EpochWork, result: EpochResult, home: Home, scans: list[Scan
     registration = None
     if result.registration is not None and result.registration.refusal is None:
         registration = registration_of(work, result.registration)
-    return station_rows(home, scans, registration)
+    rows = station_rows(home, scans, registration)
+    if result.shaft is None or result.shaft.refusal is not None:
+        return rows
+    return with_levels(rows, [scan.plan.station for scan in result.used], levels_of(result.shaft))
 
 
 def _removals(result: EpochResult, home: Home) -> list[RemovalRow]:

@@ -1,5 +1,6 @@
 """The steps of an epoch, in the order of the paper; each asks for one or more stages."""
 
+import math
 from typing import Any, cast
 
 from flows.epoch_work import EpochResult, EpochWork, ReadScan
@@ -8,9 +9,11 @@ from storage.artifacts import ArtifactRef, get_json, get_rows
 from storage.digests import file_sha256
 from storage.errors import StorageError
 from storage.records import AccuracyRow, SectionFit, TiltRow
+from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_tables import ScanInput, SchemeOutcome
 from tasks.exchange import plain, rebuild
 from tasks.lean import Lean
+from tasks.level_check import LevelCheck, worst_suspect
 from tasks.plan import (
     PlannedAxis,
     PlannedScan,
@@ -91,7 +94,27 @@ def isolate_shaft_of(work: EpochWork, result: EpochResult) -> None:
         prior=plain(plan_prior(work.campaign)),
         options=plain(plan_options(work.campaign)),
     )
-    _take_refusal(result, "preprocessing", result.shaft)
+    if not _take_refusal(result, "preprocessing", result.shaft):
+        _tell_level(result, result.shaft)
+
+
+def _tell_level(result: EpochResult, shaft: Produced) -> None:
+    """A scanner out of level spoils the lean without any other sign: name it."""
+    checks = levels_of(shaft)
+    worst = worst_suspect(checks)
+    if worst is None:
+        return
+    lean = math.hypot(checks[worst].lean_east or 0.0, checks[worst].lean_north or 0.0) / ARCSEC_RAD
+    station = result.used[worst].plan.station
+    result.reasons.append(
+        f"station {station} is suspect: its side of the shaft leans {lean:.0f} arc seconds against the common one; "
+        "check its level (compensator) and set it up again"
+    )
+
+
+def levels_of(shaft: Produced) -> tuple[LevelCheck, ...]:
+    """The level checks of an isolated shaft, a station each."""
+    return tuple(rebuild(LevelCheck, check) for check in cast("list[Json]", shaft.facts["levels"]))
 
 
 def measure_schemes(work: EpochWork, result: EpochResult) -> None:
@@ -129,23 +152,13 @@ def evaluate_schemes(work: EpochWork, result: EpochResult) -> None:
         return
     result.tilt = tuple(get_rows(work.workspace, produced.artifacts["tilt"], TiltRow))
     result.accuracy = tuple(get_rows(work.workspace, produced.artifacts["accuracy"], AccuracyRow))
-    if produced.facts["control_missing"] is not None:
-        result.notes.append(f"no relative errors: {produced.facts['control_missing']}")
-    _check_primary(work, result)
-
-
-def _check_primary(work: EpochWork, result: EpochResult) -> None:
-    """An epoch whose primary scheme gave no axis has a result, but not the one that counts."""
-    primary = tuple(work.campaign.report.primary)
-    for outcome in result.outcomes:
-        if (outcome.scheme.name, outcome.method.name) == primary and outcome.lean is None:
-            result.reasons.append(f"the primary {'/'.join(primary)} gave no axis: {outcome.reason}")
 
 
 def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str, Pending | None]:
     """Ask for a scan by its digest; a file that cannot be read has none, and its reason stands instead."""
     if not plan.path.is_file():
-        return plan, f"{plan.path}: no such file; check the path in the campaign file", None
+        what = "is a folder; name the scan itself" if plan.path.is_dir() else "no such file; check the path"
+        return plan, f"{plan.path}: {what} in the campaign file", None
     try:
         digest = file_sha256(plan.path)
     except StorageError as fault:
@@ -167,7 +180,11 @@ def _finish_scan(
     if pending is None:
         return ReadScan(plan, ScanInput(plan.station, None, None, digest), None)
     produced = work.calls.finish(pending)
-    refusal = produced.refusal
+    refusal = (
+        None
+        if produced.refusal is None
+        else f"{plan.path}: {produced.refusal.removeprefix(f'{plan.path}: ')}"
+    )
     if digest in first_with and refusal is None:
         refusal = f"{plan.path}: holds the same bytes as the scan of station {first_with[digest]}; name the right file"
     first_with.setdefault(digest, plan.station)
@@ -203,7 +220,7 @@ def _ask_for_axis(
         sections=_ref(sections, "sections"),
         method=plain(axis.method),
         registration=_ref(result.registration, "registration"),
-        shares=result.shaft.facts["shares"],
+        shaft={"model": _ref(result.shaft, "model"), "shares": result.shaft.facts["shares"]},
     )
 
 

@@ -18,20 +18,15 @@ from prefect.task_runners import ThreadPoolTaskRunner
 
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.monitor_epoch import PLAIN_JSON, monitor_epoch
-from flows.outcome import EpochOutcome
+from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
 from storage.catalog import rebuild_catalog
-from storage.errors import InputError, TiltwatchError
+from storage.errors import InputError, StorageError
 from storage.ledger import append_run
 from storage.workspace import Workspace, open_workspace
 from tasks.settings import Campaign, load_campaign
 
 EpochFlow = Flow[[str, str, str, list[str]], EpochOutcome]
-
-
-class EpochsFailedError(TiltwatchError):
-    """Epochs of a deployed run failed; the others are published."""
-
 
 CATALOG_EVERY_S: Final = 20.0
 """In a long run the catalog follows the epochs at least this often; at the end it always does."""
@@ -86,8 +81,8 @@ def _process(
 ) -> EpochOutcome:
     try:
         return epoch_flow(campaign_file, str(workspace.root), epoch, schemes)
-    except TiltwatchError as fault:
-        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=isinstance(fault, InputError))
+    except (InputError, StorageError) as fault:
+        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=True)
     except Exception as fault:
         reason = f"fault of the program: {type(fault).__name__}: {fault}"
         return EpochOutcome(epoch, "failed", (reason,), bad_input=False, fault=traceback.format_exc())

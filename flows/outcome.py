@@ -3,6 +3,12 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from storage.errors import TiltwatchError
+
+
+class EpochsFailedError(TiltwatchError):
+    """Epochs of a deployed run failed; the others are published."""
+
 
 @dataclass(frozen=True, slots=True)
 class EpochOutcome:

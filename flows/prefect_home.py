@@ -4,6 +4,8 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from flows.ephemeral_server import mark_server, stop_orphans
+from flows.terminal import note
 from storage.workspace import Workspace
 
 
@@ -11,11 +13,16 @@ def prepare_prefect(workspace: Workspace) -> None:
     """Point Prefect to the workspace.
 
     A server that the user names by PREFECT_API_URL is used; otherwise each run starts one of its own on
-    loopback that goes away with it. What the user set in the environment wins. The records of stages are
-    in the workspace in any case: the flow says so itself.
+    loopback that goes away with it. One that a killed run left behind is stopped here. What the user set in
+    the environment wins. The records of stages are in the workspace in any case: the flow says so itself.
     """
     for name, value in _defaults(workspace.prefect).items():
         os.environ.setdefault(name, value)
+    if "PREFECT_API_URL" not in os.environ:
+        home = Path(os.environ["PREFECT_HOME"])
+        for process in stop_orphans(home):
+            note(f"stopped process {process}: the server of a run that was killed")
+        mark_server(home)
 
 
 def _defaults(home: Path) -> Mapping[str, str]:

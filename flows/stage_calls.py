@@ -8,8 +8,9 @@ from prefect import Task
 from prefect.futures import PrefectFuture
 
 from flows.ledger import RunLedger, StageDone
+from storage.errors import InputError
 from tasks.caching import Identity, identity_of
-from tasks.produced import Produced, produced_from_json
+from tasks.produced import Cost, Produced, produced_from_json
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +39,17 @@ class StageCalls:
         return Pending(label, identity, datetime.now(UTC), stage.submit(**inputs))
 
     def finish(self, pending: Pending) -> Produced:
-        """Wait for a stage and note it; a fault of the program is noted and raised again."""
+        """Wait for a stage and note it; a fault of the program is noted and raised again.
+
+        A refusal that was raised is one like any other, but was not cached.
+        """
         pending.future.wait()
         state = pending.future.state
         cached = state.name == "Cached"
         try:
             produced = produced_from_json(pending.future.result())
+        except InputError as refusal:
+            produced = Produced(Cost(0.0, None, None), refusal=str(refusal))
         except Exception as fault:
             self._note(pending, cached=cached, produced=None, fault=f"{type(fault).__name__}: {fault}")
             raise

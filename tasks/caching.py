@@ -90,7 +90,8 @@ def stage(name: str) -> Callable[[StageBody], Task[..., Any]]:
     """Make a cached Prefect task of a function on plain JSON arguments.
 
     Bad input and data that cannot be fitted become a refusal in the record: they are results, and are
-    cached as such. Anything else that is raised is a fault and fails the task.
+    cached as such. Anything else that is raised is a fault and fails the task; so does a refusal behind which
+    the system is, because it is not to be cached.
     """
 
     def decorate(body: StageBody) -> Task[..., Any]:
@@ -117,12 +118,25 @@ def _carry_out(body: StageBody, *args: Any, **kwargs: Any) -> Produced:
     try:
         outcome = body(*args, **kwargs)
     except InputError as fault:
-        outcome = FitFailure(str(fault))
+        outcome = FitFailure(str(lasting(fault)))
     seconds = time.perf_counter() - started
     if isinstance(outcome, FitFailure):
         return Produced(Cost(seconds, None, peak_rss_mb()), refusal=outcome.reason)
     cost = Cost(seconds, outcome.points, peak_rss_mb())
     return Produced(cost, outcome.artifacts, outcome.facts)
+
+
+def lasting(fault: InputError) -> InputError:
+    """Give back a refusal that lies in the input itself and may be cached.
+
+    Raises
+    ------
+    InputError
+        The refusal itself where the system is behind it (no memory, a drive that was away): next time it may be gone.
+    """
+    if isinstance(fault.__cause__, OSError | MemoryError):
+        raise fault
+    return fault
 
 
 def peak_rss_mb() -> float | None:

@@ -19,7 +19,7 @@ def epoch_differences(workspace: Workspace, structure: str, epoch: str, referenc
     """Compare two epochs under every scheme and method that both have.
 
     The covariance of a difference is the sum of both: what the epochs share (pillars, the scanner's own errors)
-    is not cancelled, so a difference that is called significant is so.
+    is not cancelled, so the test errs on the side of no change.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The rows of an epoch's tables, from what its stages produced."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 
 import numpy as np
@@ -15,7 +15,9 @@ from storage.records import (
     SliceRow,
     StationRow,
 )
+from tasks.conventions import ARCSEC_RAD
 from tasks.lean import Lean
+from tasks.level_check import LevelCheck, worst_suspect
 from tasks.methods import Method
 from tasks.preprocessing import Removal
 from tasks.registration import PoseDiagnosis, Registration, StationPose
@@ -67,6 +69,30 @@ def station_rows(
         else _unplaced_row(home, scan)
         for scan in scans
     ]
+
+
+def with_levels(
+    rows: Sequence[StationRow], stations: Sequence[str], checks: Sequence[LevelCheck]
+) -> list[StationRow]:
+    """Put the level checks of the stations that saw the shaft into their rows; the worst becomes suspect."""
+    found = dict(zip(stations, checks, strict=True))
+    worst = worst_suspect(checks)
+    bad = None if worst is None else stations[worst]
+    return [
+        _with_level(row, found[row.station], suspect=row.station == bad) if row.station in found else row
+        for row in rows
+    ]
+
+
+def _with_level(row: StationRow, check: LevelCheck, *, suspect: bool) -> StationRow:
+    if check.lean_east is None or check.lean_north is None:
+        return row
+    lean_arcsec = float(np.hypot(check.lean_east, check.lean_north) / ARCSEC_RAD)
+    marked = replace(row, level_check_arcsec=lean_arcsec, level_check_chi2=check.chi2)
+    if not suspect:
+        return marked
+    why = f"its side of the shaft leans {lean_arcsec:.0f} arc seconds against the common one"
+    return replace(marked, state="suspect", reason="; ".join(filter(None, [row.reason, why])))
 
 
 def removal_rows(home: Home, counts: Sequence[Removal]) -> list[RemovalRow]:

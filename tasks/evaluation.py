@@ -56,12 +56,19 @@ class NamedLean:
 
 
 @dataclass(frozen=True, slots=True)
-class Evaluation:
-    """Rows of the tilt and accuracy tables; ``control_missing`` says why there is no accuracy."""
+class Comparison:
+    """Rows of the accuracy table; ``control_missing`` says why there are none."""
 
-    tilt: tuple[TiltRow, ...]
     accuracy: tuple[AccuracyRow, ...]
     control_missing: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluation:
+    """Rows of the tilt table, and what they are beside the control."""
+
+    tilt: tuple[TiltRow, ...]
+    comparison: Comparison
 
 
 def evaluate(occasion: Occasion, leans: Sequence[NamedLean], standard: Standard) -> Evaluation:
@@ -74,10 +81,15 @@ def evaluate(occasion: Occasion, leans: Sequence[NamedLean], standard: Standard)
     """
     limit = limit_of(standard)
     tilt = tuple(_tilt_row(occasion, named, standard.height_m, limit) for named in leans)
+    return Evaluation(tilt, compare_with_control(tilt, standard))
+
+
+def compare_with_control(tilt: Sequence[TiltRow], standard: Standard) -> Comparison:
+    """Compare the schemes of one epoch with the control, which may be one of them."""
     control = _control(tilt, standard)
     if isinstance(control, FitFailure):
-        return Evaluation(tilt, (), control.reason)
-    return Evaluation(tilt, tuple(accuracy_rows(tilt, control)), None)
+        return Comparison((), control.reason)
+    return Comparison(tuple(accuracy_rows(tilt, control)), None)
 
 
 def limit_of(standard: Standard) -> LimitTable | None:

@@ -6,13 +6,16 @@ Only what the stages use is known: dataclasses, arrays of float64, tuples, numbe
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Any, Final, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tasks.produced import Json
 
 T = TypeVar("T")
+
+PLAIN_KINDS: Final = (bool, int, float, str)
 
 
 def plain(value: object) -> Json:
@@ -55,7 +58,7 @@ def _of_hint(hint: Any, value: object) -> object:
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
         return None if value is None else _of_hint(next(t for t in inner if t is not NoneType), value)
-    if origin is np.ndarray:
+    if origin in (np.ndarray, NDArray):
         return np.array(value, dtype=np.float64)
     if origin is tuple:
         items = cast("list[object]", value)
@@ -63,4 +66,6 @@ def _of_hint(hint: Any, value: object) -> object:
         return tuple(_of_hint(k, item) for k, item in zip(kinds, items, strict=True))
     if is_dataclass(hint):
         return rebuild(cast("type", hint), value)
-    return value
+    if origin is Literal or hint in PLAIN_KINDS:
+        return value
+    raise TypeError(f"a field of type {hint} does not travel between stages")

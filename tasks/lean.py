@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
-from tasks.axis import Axis, fit_axis
+from tasks.axis import LEAST_FOR_BENDING, Axis, fit_axis
 from tasks.geometry.failure import FitFailure
 from tasks.methods import Method
+from tasks.preprocessing import ShaftModel
 from tasks.sections import centres_of
 from tasks.tilt import lean_of_direction
 from tasks.uncertainty import combine, propagate_poses
@@ -40,10 +41,17 @@ class StationShares:
 
 
 def lean_of_sections(
-    sections: Sequence[SectionFit], method: Method, stations: StationShares
+    sections: Sequence[SectionFit], method: Method, stations: StationShares, model: ShaftModel
 ) -> Lean | FitFailure:
-    """Fit the method's axis to the centres and state the covariance of its lean vector."""
+    """Fit the method's axis to the centres and state the covariance of its lean vector.
+
+    Few centres cannot tell bending from noise: how far ``model`` bends off its straight line at each of them is added
+    to its covariance, so that a line through two ends of a bent shaft does not look better than it is.
+    """
     centres_m, covariances_m2 = centres_of(sections)
+    if len(centres_m) < LEAST_FOR_BENDING:
+        bend_m = model.axis_at(centres_m[:, 2]) - model.straight_axis_at(centres_m[:, 2])
+        covariances_m2 = covariances_m2 + bend_m[:, :, None] * bend_m[:, None, :]
     axis = fit_axis(method.axis, centres_m, covariances_m2)
     if isinstance(axis, FitFailure):
         return axis

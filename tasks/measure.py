@@ -49,6 +49,5 @@ def measure_lean(
     if isinstance(shaft, FitFailure):
         return shaft
     sections = fit_sections(points_m[shaft.keep], shaft.model, cut, chosen, prior.shaft_z_m)
-    return lean_of_sections(
-        sections, chosen, StationShares(np.ones(1), registered_cloud("cloud", sigmas).covariance)
-    )
+    stations = StationShares(np.ones(1), registered_cloud("cloud", sigmas).covariance)
+    return lean_of_sections(sections, chosen, stations, shaft.model)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
+from storage.errors import StorageError
 from storage.parquet import read_rows
 from storage.publish import publish_epoch
 from storage.records import (
@@ -17,9 +18,10 @@ from storage.records import (
 )
 from storage.tables import table_path
 from storage.workspace import Workspace
+from tasks.evaluation import Standard, compare_with_control
 
 Row = TypeVar("Row")
-SchemeKeyed = TypeVar("SchemeKeyed", bound=SliceRow | TiltRow | SchemeRow | AccuracyRow)
+SchemeKeyed = TypeVar("SchemeKeyed", bound=SliceRow | TiltRow | SchemeRow)
 
 RANK: Final = {"failed": 0, "degraded": 1, "ok": 2}
 
@@ -62,10 +64,10 @@ def publish(workspace: Workspace, tables: EpochTables) -> Publication:
     """Publish the tables of an epoch at once.
 
     An epoch that is published with a better state keeps it: a scan that has since gone missing or bad must
-    not take a good result out of the record.
+    not take a good result out of the record. A damaged table is no result, and is replaced.
     """
     new = tables.epoch
-    before = published_rows(workspace, "epochs", new, EpochRow)
+    before = _whole_rows(workspace, "epochs", new, EpochRow)
     if before and RANK[before[0].state] > RANK[new.state]:
         old = before[0]
         note = f"the result of run {old.run} ({old.state}) stays published; this run was {new.state}"
@@ -74,28 +76,56 @@ def publish(workspace: Workspace, tables: EpochTables) -> Publication:
     return Publication(changed=changed)
 
 
-def with_other_schemes(workspace: Workspace, tables: EpochTables) -> EpochTables:
-    """Add the published rows of schemes that this run was not asked for, if they rest on the same stations.
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """Tables with the published rows of other schemes, and the schemes whose rows did not fit."""
 
-    Rows that rest on other scans or poses are left out: they would stand beside results they do not belong to.
+    tables: EpochTables
+    left_out: tuple[str, ...] = ()
+
+
+def with_other_schemes(workspace: Workspace, tables: EpochTables, standard: Standard) -> Merged:
+    """Add the published rows of schemes that this run was not asked for, if they rest on the same shaft.
+
+    Rows that rest on other scans, poses or points are left out: they would stand beside results they do not
+    belong to. All that remain are compared with the control anew.
     """
-    if published_rows(workspace, "stations", tables.epoch, StationRow) != list(tables.stations):
-        return tables
     here = {(row.scheme, row.method) for row in tables.schemes}
     others = _Others(workspace, tables.epoch, frozenset(here))
-    return replace(
+    if not _rest_on_same_shaft(workspace, tables):
+        kept = others.rows("schemes", SchemeRow)
+        return Merged(tables, tuple(dict.fromkeys(row.scheme for row in kept)))
+    tilt = others.beside("tilt", TiltRow, tables.tilt)
+    merged = replace(
         tables,
         slices=others.beside("slices", SliceRow, tables.slices),
-        tilt=others.beside("tilt", TiltRow, tables.tilt),
+        tilt=tilt,
         schemes=others.beside("schemes", SchemeRow, tables.schemes),
-        accuracy=others.beside("accuracy", AccuracyRow, tables.accuracy),
+        accuracy=compare_with_control(tilt, standard).accuracy,
+    )
+    return Merged(merged)
+
+
+def _rest_on_same_shaft(workspace: Workspace, tables: EpochTables) -> bool:
+    stations = _whole_rows(workspace, "stations", tables.epoch, StationRow)
+    removals = _whole_rows(workspace, "removals", tables.epoch, RemovalRow)
+    before = _whole_rows(workspace, "epochs", tables.epoch, EpochRow)
+    return (
+        stations == list(tables.stations)
+        and removals == list(tables.removals)
+        and [row.height_m for row in before] == [tables.epoch.height_m]
     )
 
 
-def published_rows(workspace: Workspace, table: str, epoch: EpochRow, kind: type[Row]) -> list[Row]:
-    """Rows of a table that are published for the epoch; none where it is not."""
+def _whole_rows(workspace: Workspace, table: str, epoch: EpochRow, kind: type[Row]) -> list[Row]:
+    """Rows of a table that are published for the epoch; none where it is not, or where the file is damaged."""
     path = table_path(workspace, table, epoch.structure, epoch.epoch)
-    return list(read_rows(path, table, kind)) if path.exists() else []
+    if not path.exists():
+        return []
+    try:
+        return list(read_rows(path, table, kind))
+    except StorageError:
+        return []
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +138,9 @@ class _Others:
 
     def beside(self, table: str, kind: type[SchemeKeyed], rows: Sequence[SchemeKeyed]) -> list[SchemeKeyed]:
         """Rows together with the published ones of the other schemes, in the order of schemes."""
-        published = published_rows(self.workspace, table, self.epoch, kind)
-        kept = [row for row in published if (row.scheme, row.method) not in self.without]
-        return sorted([*kept, *rows], key=lambda row: (row.scheme, row.method))
+        return sorted([*self.rows(table, kind), *rows], key=lambda row: (row.scheme, row.method))
+
+    def rows(self, table: str, kind: type[SchemeKeyed]) -> list[SchemeKeyed]:
+        """The published rows of the other schemes."""
+        published = _whole_rows(self.workspace, table, self.epoch, kind)
+        return [row for row in published if (row.scheme, row.method) not in self.without]

@@ -22,7 +22,8 @@ def fit_sections(
 ) -> tuple[SectionFit, ...]:
     """Cut the shaft's points (n, 3), site frame, and fit the method's contour to every slice.
 
-    A slice that cannot be fitted is a row with its reason. Slices of the robust method are thicker
+    Horizontal sections are taken for round (docs/estimators.md, the cut of a cone). A slice that cannot be fitted is a
+    row with its reason. Slices of the robust method are thicker
     than those of the scheme, at the same heights, and end where the shaft ends.
     """
     heights_m = slice_heights(scheme, shaft_z_m)

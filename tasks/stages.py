@@ -10,17 +10,18 @@ from typing import Any
 import numpy as np
 
 from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
+from storage.errors import InputError
 from storage.records import AccuracyRow, SectionFit, TiltRow
 from storage.workspace import Workspace
-from tasks.caching import stage
+from tasks.caching import lasting, stage
+from tasks.epoch_shaft import isolate_epoch
 from tasks.evaluation import NamedLean, Occasion, Standard, evaluate
 from tasks.exchange import plain, rebuild
 from tasks.geometry.failure import FitFailure
 from tasks.ingest import ScanRequest, read_scan
 from tasks.lean import Lean, StationShares, lean_of_sections
 from tasks.methods import Method
-from tasks.placing import PlacedCloud, place
-from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior, isolate_shaft
+from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior
 from tasks.produced import Json, Outcome
 from tasks.registration import (
     InstrumentSigmas,
@@ -42,9 +43,12 @@ def ingest_scan(
     digest: str,  # noqa: ARG001 - stands for the bytes in the cache key
     suffix: str,  # noqa: ARG001 - says which reader takes them
     request: dict[str, Json],
-) -> Outcome:
-    """Read a scan file."""
-    scan = read_scan(Path(path), rebuild(ScanRequest, request))
+) -> Outcome | FitFailure:
+    """Read a scan file; why it is refused is said without its path, which another file of these bytes has not."""
+    try:
+        scan = read_scan(Path(path), rebuild(ScanRequest, request))
+    except InputError as fault:
+        return FitFailure(str(lasting(fault)).removeprefix(f"{path}: "))
     ref = put_array(_at(workspace), "scan", scan.points_m)
     facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes)}
     return Outcome({"points": ref}, facts, len(scan.points_m))
@@ -78,23 +82,23 @@ def isolate_epoch_shaft(
     options: dict[str, Json],
 ) -> Outcome | FitFailure:
     """Place the scans and take the shaft out of its surroundings."""
-    poses = _registration(workspace, registration).poses
-    placed = place([_array(workspace, ref) for ref in clouds], poses)
-    shaft = isolate_shaft(placed.points_m, rebuild(StructurePrior, prior), rebuild(ShaftOptions, options))
+    scans = [_array(workspace, ref) for ref in clouds]
+    known, how = rebuild(StructurePrior, prior), rebuild(ShaftOptions, options)
+    shaft = isolate_epoch(scans, _registration(workspace, registration), known, how)
     if isinstance(shaft, FitFailure):
         return shaft
-    kept = PlacedCloud(placed.points_m[shaft.keep], placed.station_index[shaft.keep])
     refs = {
-        "points": put_array(_at(workspace), "shaft", kept.points_m),
-        "stations": put_array(_at(workspace), "shaft-stations", kept.station_index),
+        "points": put_array(_at(workspace), "shaft", shaft.cloud.points_m),
+        "stations": put_array(_at(workspace), "shaft-stations", shaft.cloud.station_index),
         "model": put_json(_at(workspace), "shaft-model", plain(shaft.model)),
     }
     facts: dict[str, Json] = {
         "removed": plain(shaft.removed),
-        "n_points_used": len(kept.points_m),
-        "shares": kept.shares(len(poses)).tolist(),
+        "n_points_used": len(shaft.cloud.points_m),
+        "shares": plain(shaft.shares),
+        "levels": plain(shaft.levels),
     }
-    return Outcome(refs, facts, len(placed.points_m))
+    return Outcome(refs, facts, shaft.n_points_in)
 
 
 @stage("slicing")
@@ -119,12 +123,14 @@ def slice_shaft(
 
 @stage("axis")
 def fit_scheme_axis(
-    workspace: str, sections: JsonRef, method: dict[str, Json], registration: JsonRef, shares: list[float]
+    workspace: str, sections: JsonRef, method: dict[str, Json], registration: JsonRef, shaft: dict[str, Any]
 ) -> Outcome | FitFailure:
     """Fit the axis of one scheme and method, with the covariance of its lean vector."""
     rows = get_rows(_at(workspace), ArtifactRef.from_json(sections), SectionFit)
     covariance = _registration(workspace, registration).covariance
-    lean = lean_of_sections(rows, rebuild(Method, method), StationShares(np.array(shares), covariance))
+    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
+    stations = StationShares(np.array(shaft["shares"]), covariance)
+    lean = lean_of_sections(rows, rebuild(Method, method), stations, model)
     if isinstance(lean, FitFailure):
         return lean
     return Outcome({"lean": put_json(_at(workspace), "lean", plain(lean))})
@@ -142,9 +148,9 @@ def evaluate_epoch(
     done = evaluate(rebuild(Occasion, occasion), named, rebuild(Standard, standard))
     refs = {
         "tilt": put_rows(_at(workspace), "tilt", TiltRow, done.tilt),
-        "accuracy": put_rows(_at(workspace), "accuracy", AccuracyRow, done.accuracy),
+        "accuracy": put_rows(_at(workspace), "accuracy", AccuracyRow, done.comparison.accuracy),
     }
-    return Outcome(refs, {"control_missing": done.control_missing})
+    return Outcome(refs)
 
 
 def _at(workspace: str) -> Workspace:

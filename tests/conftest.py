@@ -1,6 +1,7 @@
 """Settings of all tests, made before NumPy and Prefect are imported, and the server that flows share."""
 
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -23,9 +24,18 @@ def prefect_api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         settings = {"PREFECT_API_URL": url, "PREFECT_HOME": str(home), "PREFECT_LOGGING_LEVEL": "CRITICAL"}
         before = {name: os.environ.get(name) for name in settings}
         os.environ.update(settings)
+        _let_prefect_read_settings()
         yield url
         for name, value in before.items():
             if value is None:
                 os.environ.pop(name)
             else:
                 os.environ[name] = value
+
+
+def _let_prefect_read_settings() -> None:
+    """Prefect reads its settings when it is imported, which a test module may have done while it was collected."""
+    if "prefect" in sys.modules:
+        from prefect.context import refresh_global_settings_context  # noqa: PLC0415 (slow to import)
+
+        refresh_global_settings_context()

@@ -23,10 +23,11 @@ class StationRow:
     level_east_deg: Annotated[float | None, Column("adjusted rotation about the east axis", "deg")]
     level_north_deg: Annotated[float | None, Column("adjusted rotation about the north axis", "deg")]
     overlap: Annotated[
-        float | None, Column("share of sampled planar points that found a partner in another station", "1")
+        float | None, Column("largest share of its sampled planes that match one other station", "1")
     ]
     rmse_m: Annotated[
-        float | None, Column("robust root mean square of the point-to-plane residuals of this station", "m")
+        float | None,
+        Column("robust scale of the point-to-plane residuals of this station, not below 6 mm a pair", "m"),
     ]
     sigma_heading_deg: Annotated[float | None, Column("standard deviation of the adjusted heading", "deg")]
     sigma_level_deg: Annotated[
@@ -40,4 +41,12 @@ class StationRow:
     ]
     state: Annotated[str, Column("ok, suspect (used; see reason) or failed (not used)")]
     reason: Annotated[str | None, Column("why the state is not ok")]
+    level_check_arcsec: Annotated[
+        float | None,
+        Column("how far this station's side of the shaft leans against the common one", "arcsec"),
+    ] = None
+    level_check_chi2: Annotated[
+        float | None,
+        Column("chi-square (2 degrees of freedom) of that lean; above 20 the station is suspect", "1"),
+    ] = None
     notes: Annotated[str | None, Column("what the reader of the scan found worth telling")] = None

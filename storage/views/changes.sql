@@ -2,7 +2,7 @@
 -- The reference is the epoch marked as such (the earliest, should there be several), else the earliest that did
 -- not fail. d is the difference of the lean vectors and C the sum of their covariances. What both epochs have in
 -- common (stations set up on the same pillars, one scanner's own errors) is not cancelled yet, so C is too large
--- rather than too small: a change called significant is so.
+-- rather than too small. Significant: chance alone does so in 1 of 100 comparisons, as far as both covariances hold.
 WITH reference AS (
     SELECT structure, epoch
     FROM data.epochs

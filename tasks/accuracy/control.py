@@ -80,7 +80,7 @@ def control_of_lean(source: str, lean: NDArray[np.float64], height_m: float) -> 
         label=source,
         beta_deg=float(np.degrees(np.arctan2(np.hypot(north, 1.0), east))),
         # the modulo of a tiny negative angle rounds to 360 itself; a second one makes it 0
-        azimuth_deg=azimuth_deg(east, north) % 360.0 if tangent > 0.0 else None,
+        azimuth_deg=azimuth_deg(east, north) if tangent > 0.0 else None,
         tilt_deg=float(np.degrees(np.arctan(tangent))),
         verticality_permille=1000.0 * tangent,
         deviation_m=height_m * tangent,

@@ -156,7 +156,7 @@ def _mean_direction_deg(values: Sequence[float | None]) -> float | None:
     east, north = float(np.mean(np.sin(angles))), float(np.mean(np.cos(angles)))
     # directions that cancel leave rounding only, of the order of 1e-16
     # the modulo of a tiny negative angle rounds to 360 itself; a second one makes it 0
-    return azimuth_deg(east, north) % 360.0 if np.hypot(east, north) > 1e-9 else None
+    return azimuth_deg(east, north) if np.hypot(east, north) > 1e-9 else None
 
 
 def _check_one_method(rows: Sequence[TiltRow]) -> None:

@@ -11,14 +11,14 @@ LEAST_HEIGHTS: Final = 4
 """Through three heights a parabola always goes: it would say nothing."""
 
 
-def parabola_basis(z_m: NDArray[np.float64], lowest_m: float, span_m: float) -> NDArray[np.float64]:
-    """Legendre polynomials of order 0, 1, 2 at heights (m,): (m, 3), the height range mapped to -1 ... 1.
+def height_basis(z_m: NDArray[np.float64], lowest_m: float, span_m: float, order: int) -> NDArray[np.float64]:
+    """Legendre polynomials of order 0 to ``order`` at heights (m,): (m, order + 1), the range mapped to -1 ... 1.
 
-    The second is orthogonal to a line over the range, so the first coefficient is the slope of the line that fits the
-    parabola best, uniformly over the range, and the second is the largest distance from it (at both ends).
+    Those from the second on are orthogonal to a line over the range, so the first coefficient is the slope of the line
+    that fits the curve best, uniformly over the range. The second is the largest distance of a parabola from that line
+    (at both ends).
     """
-    x = 2.0 * (z_m - lowest_m) / span_m - 1.0
-    return np.column_stack([np.ones_like(x), x, (3.0 * x * x - 1.0) / 2.0])
+    return np.asarray(np.polynomial.legendre.legvander(2.0 * (z_m - lowest_m) / span_m - 1.0, order))
 
 
 def bending_m(centres: Centres, weights: NDArray[np.float64]) -> float | None:
@@ -30,7 +30,7 @@ def bending_m(centres: Centres, weights: NDArray[np.float64]) -> float | None:
     if len(np.unique(centres.points_m[used, 2])) < LEAST_HEIGHTS:
         return None
     root = np.sqrt(weights[used])[:, None]
-    basis = parabola_basis(centres.points_m[used, 2], centres.lowest_m, centres.span_m)
+    basis = height_basis(centres.points_m[used, 2], centres.lowest_m, centres.span_m, 2)
     horizontal = centres.points_m[used, :2] - centres.points_m[:, :2].mean(axis=0)
     coefficients = np.linalg.lstsq(basis * root, horizontal * root, rcond=None)[0]
     return float(np.hypot(*coefficients[2]))

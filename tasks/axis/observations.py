@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from tasks.axis.bending import parabola_basis
+from tasks.axis.bending import height_basis
 from tasks.axis.centres import Centres
 
 SMALLEST_SIGMA: Final = 1e-9
@@ -86,12 +86,12 @@ class Observations:
 
 
 def observe(centres: Centres, order: int) -> Observations:
-    """Make observations of centres for polynomials up to an order (1 or 2)."""
+    """Make observations of centres for polynomials up to an order."""
     horizontal = centres.points_m[:, :2]
     origin = horizontal.mean(axis=0)
     variances, turns = np.linalg.eigh(centres.covariances_m2)
     return Observations(
-        basis=parabola_basis(centres.points_m[:, 2], centres.lowest_m, centres.span_m)[:, : order + 1],
+        basis=height_basis(centres.points_m[:, 2], centres.lowest_m, centres.span_m, order),
         horizontal_m=horizontal - origin,
         origin_m=origin,
         turns=turns,

@@ -13,8 +13,9 @@ from tasks.geometry.robust import TUKEY_2D, tukey_weights
 MEDIAN_LENGTH: Final = float(2.0 * np.log(2.0))
 """Median of the squared length of a standard normal vector in the plane."""
 
-LEAST_FOR_TUKEY: Final = 5
-"""Fewer centres cannot tell an outlier from the rest: weights stay 1."""
+LEAST_FOR_TUKEY: Final = 16
+"""Fewer centres cannot tell an outlier from bending or from chance: weights stay 1. With 6 centres of equal quality
+Tukey's weights made the chi-square of the lean 4.7 on average instead of 2, without them it is 1.95."""
 
 MOST_ITERATIONS: Final = 300
 """Fits before it counts as not converged; good data need about 15."""
@@ -71,6 +72,8 @@ class PolynomialFit:
         Tukey weights times the mean inverse variance of the centre, the largest is 1.
     iterations : int
         Fits that were made.
+    freedom : int
+        Degrees of freedom that the model error was estimated with; 0 where the points alone explain the scatter.
     """
 
     coefficients_m: NDArray[np.float64]
@@ -78,6 +81,7 @@ class PolynomialFit:
     tukey: NDArray[np.float64]
     information_weights: NDArray[np.float64]
     iterations: int
+    freedom: int
 
 
 def fit_polynomial(observations: Observations) -> PolynomialFit | FitFailure:
@@ -131,8 +135,14 @@ def _finish(
     covariance = np.asarray(inverse / at_normal.efficiency, dtype=np.float64)
     information = observations.information(variance)
     importance = tukey * (information[:, 0, 0] + information[:, 1, 1])
+    freedom = 2 * (int(used.sum()) - p) if variance > 0.0 else 0
     return PolynomialFit(
-        coefficients, covariance.reshape(2, p, 2, p), tukey, importance / importance.max(), iterations
+        coefficients,
+        covariance.reshape(2, p, 2, p),
+        tukey,
+        importance / importance.max(),
+        iterations,
+        freedom,
     )
 
 

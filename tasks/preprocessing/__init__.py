@@ -2,20 +2,20 @@
 
 from tasks.preprocessing.isolation import KEPT, REASONS, Removal, Shaft, isolate_shaft
 from tasks.preprocessing.kinds import KINDS
-from tasks.preprocessing.model import ShaftModel, ShaftModelJson, model_from_json, model_to_json
+from tasks.preprocessing.model import ShaftModel
 from tasks.preprocessing.prior import ShaftOptions, StructurePrior
+from tasks.preprocessing.units import OTHER_UNITS, LengthUnit
 
 __all__ = [
     "KEPT",
     "KINDS",
+    "OTHER_UNITS",
     "REASONS",
+    "LengthUnit",
     "Removal",
     "Shaft",
     "ShaftModel",
-    "ShaftModelJson",
     "ShaftOptions",
     "StructurePrior",
     "isolate_shaft",
-    "model_from_json",
-    "model_to_json",
 ]

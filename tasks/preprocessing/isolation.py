@@ -188,7 +188,8 @@ def _explain(
     unit = likely_unit(points_m, prior, kind)
     if unit is not None:
         return FitFailure(
-            f"looks like {unit.name}: the shaft is found after scaling by {unit.in_m:g}, needed metres"
+            f"looks like {unit.name}: the shaft is found after scaling by {unit.in_m:g}, needed metres; "
+            "export it in metres"
         )
     if not reason.any():
         lo_m, hi_m = points_m[:, 2].min(), points_m[:, 2].max()

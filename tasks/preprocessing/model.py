@@ -1,8 +1,6 @@
 """The shaft as the later stages need it: rough axis, radius, taper and noise."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,61 +54,3 @@ class ShaftModel:
         slopes = np.diff(self.radius_m) / np.diff(self.radius_z_m)
         knot = np.searchsorted(self.radius_z_m, np.asarray(z_m, dtype=np.float64), side="right") - 1
         return np.asarray(slopes[np.clip(knot, 0, len(slopes) - 1)])
-
-
-class ShaftModelJson(TypedDict):
-    """A ``ShaftModel`` in words of JSON, field by field."""
-
-    base_east_m: float
-    base_north_m: float
-    lean_east: float
-    lean_north: float
-    radius_z_m: list[float]
-    radius_m: list[float]
-    bend_east_m: list[float]
-    bend_north_m: list[float]
-    noise_sigma_m: float
-
-
-def model_to_json(model: ShaftModel) -> ShaftModelJson:
-    """Return the model as plain floats and lists; nothing is rounded."""
-    return ShaftModelJson(
-        base_east_m=model.base_east_m,
-        base_north_m=model.base_north_m,
-        lean_east=model.lean_east,
-        lean_north=model.lean_north,
-        radius_z_m=list(model.radius_z_m),
-        radius_m=list(model.radius_m),
-        bend_east_m=list(model.bend_east_m),
-        bend_north_m=list(model.bend_north_m),
-        noise_sigma_m=model.noise_sigma_m,
-    )
-
-
-def model_from_json(stored: ShaftModelJson | Mapping[str, object]) -> ShaftModel:
-    """Return the model that ``model_to_json`` wrote.
-
-    Raises
-    ------
-    ShapeError
-        If fields are missing, unknown, or a list stands where a number belongs.
-    """
-    known = set(ShaftModelJson.__annotations__)
-    if set(stored) != known:
-        raise ShapeError(f"a stored shaft model needs the fields {sorted(known)}, got {sorted(stored)}")
-    values = {name: np.asarray(value, dtype=np.float64) for name, value in stored.items()}
-    profiles = ("radius_z_m", "radius_m", "bend_east_m", "bend_north_m")
-    wrong = [name for name, value in values.items() if value.ndim != (1 if name in profiles else 0)]
-    if wrong:
-        raise ShapeError(f"a stored shaft model needs lists for {profiles} and numbers else; wrong: {wrong}")
-    return ShaftModel(
-        base_east_m=float(values["base_east_m"]),
-        base_north_m=float(values["base_north_m"]),
-        lean_east=float(values["lean_east"]),
-        lean_north=float(values["lean_north"]),
-        radius_z_m=tuple(values["radius_z_m"].tolist()),
-        radius_m=tuple(values["radius_m"].tolist()),
-        bend_east_m=tuple(values["bend_east_m"].tolist()),
-        bend_north_m=tuple(values["bend_north_m"].tolist()),
-        noise_sigma_m=float(values["noise_sigma_m"]),
-    )

@@ -27,12 +27,13 @@ LOBE_CHANGE_SD_RADII: Final = 0.003
 """Prior sd of its change from knot to knot, in radii."""
 
 POINTS_PER_INDEPENDENT_ONE: Final = 30.0
-"""Neighbouring points err together (registration, roughness): they are worth this many times less (docs/estimators.md)."""
+"""Neighbouring points err together (registration, roughness): they are worth this many times less. Only the
+stiffness of the surface hangs on it."""
 
 SIGMA_FLOOR_M: Final = 1e-4
 """Smallest noise believed: below it a perfect synthetic surface would reject its own rounding."""
 
-ITERATIONS_MAX: Final = 25
+ITERATIONS_MAX: Final = 60
 STEP_DONE_SIGMAS: Final = 0.01
 """Finished when no unknown moves by more than this share of the noise."""
 
@@ -117,6 +118,8 @@ def fit_surface(start: Surface, points_m: NDArray[np.float64], gate_m: float) ->
         gate_m = max(GATE_SHRINK * gate_m, 5.0 * sigma_m)
         if settled and np.max(np.abs(step_m)) <= STEP_DONE_SIGMAS * sigma_m:
             break
+    else:
+        return FitFailure(f"the surface fit needed to settle within {ITERATIONS_MAX} iterations, it did not")
     limit_m = NOISE_LIMIT_M + NOISE_LIMIT_RADII * float(surface.values_m[:, 2].mean())
     if surface.sigma_m > limit_m:
         return FitFailure(

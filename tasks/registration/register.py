@@ -26,8 +26,12 @@ from tasks.registration.station import (
     StationScan,
 )
 
-SUSPECT_SIGMAS: Final = 5.0
-"""A correction beyond this many stated sigmas makes a station suspect."""
+SUSPECT_SIGMAS: Final = 4.5
+"""A correction beyond this many of its own sigmas makes a station suspect: chance does so in one of 3,000 epochs of 8
+stations. Its sigma is that of Baarda's test, sqrt(stated - adjusted variance), because a held parameter hardly gives."""
+
+TESTABLE: Final = 0.01
+"""Share of the stated variance that the scans must take away before a correction can be tested."""
 
 MIN_OVERLAP: Final = 0.05
 
@@ -88,9 +92,8 @@ def _diagnose(
     block = slice(SIX * i, SIX * i + SIX)
     sigma = np.sqrt(np.diag(covariance)[block])
     overlap, rmse = _overlap(i, adjusted)
-    reasons = _suspicions(
-        np.r_[turn, shift] * np.sqrt(prior_information(sigmas)), overlap, adjusted.converged
-    )
+    normalised = _normalised(np.r_[turn, shift], sigma**2, 1.0 / prior_information(sigmas))
+    reasons = _suspicions(normalised, overlap, adjusted.converged)
     forward = pose.rotation @ np.array([0.0, 1.0, 0.0])
     return PoseDiagnosis(
         station=pose.station,
@@ -104,14 +107,14 @@ def _diagnose(
         sigma_heading_rad=float(sigma[2]),
         sigma_level_rad=float(np.sqrt(np.mean(sigma[:2] ** 2))),
         sigma_position_m=float(np.sqrt(np.mean(sigma[3:] ** 2))),
-        weakest_direction=weakest_direction(adjusted.data_information[block, block]),
+        weakest_direction=weakest_direction(adjusted.data_information, adjusted.prior_information, i),
         state="suspect" if reasons else "ok",
         reason="; ".join(reasons) or None,
     )
 
 
 def _overlap(i: int, adjusted: Adjusted) -> tuple[float | None, float | None]:
-    """Largest share of this station's points that one other station sees, and the rms of its pairs."""
+    """Largest share of this station's planes that match one other station, and the robust rms of its pairs."""
     mine = [pair for (source, _), pair in adjusted.pairs.items() if source == i and pair.n_queries]
     if not mine:
         return None, None
@@ -121,15 +124,27 @@ def _overlap(i: int, adjusted: Adjusted) -> tuple[float | None, float | None]:
     return max(pair.n_matches / pair.n_queries for pair in mine), rmse
 
 
+def _normalised(
+    correction: NDArray[np.float64], adjusted: NDArray[np.float64], stated: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Corrections (6,) in units of their own sigma; 0 where the scans say too little to test one."""
+    taken = stated - adjusted
+    testable = taken > TESTABLE * stated
+    return np.asarray(np.where(testable, correction / np.sqrt(np.where(testable, taken, 1.0)), 0.0))
+
+
 def _suspicions(normalised: NDArray[np.float64], overlap: float | None, converged: bool) -> list[str]:
     names = ("level east", "level north", "heading", "east", "north", "up")
     reasons = [
-        f"{name} corrected by {abs(value):.1f} stated sigmas"
+        f"{name} corrected by {abs(value):.1f} sigmas: check what the campaign file states"
         for name, value in zip(names, normalised, strict=True)
         if abs(value) > SUSPECT_SIGMAS
     ]
     if overlap is not None and overlap < MIN_OVERLAP:
-        reasons.append(f"overlaps no other station by more than {100 * overlap:.0f} %")
+        reasons.append(
+            f"{100 * overlap:.0f} % of its planes match any other station, needed {100 * MIN_OVERLAP:.0f} %: "
+            "check heading_deg and position_m"
+        )
     if not converged:
         reasons.append("the joint adjustment of the epoch did not converge")
     return reasons

@@ -94,7 +94,7 @@ def tilt_parameters(
         # cos^2 of the tilt is 1 / (1 + tan^2)
         tilt_sigma_deg=None if length_sigma is None else float(np.degrees(length_sigma / (1.0 + tangent**2))),
         # the modulo of a tiny negative angle rounds to 360 itself; a second one makes it 0
-        azimuth_deg=azimuth_deg(float(lean[0]), float(lean[1])) % 360.0 if has_direction else None,
+        azimuth_deg=azimuth_deg(float(lean[0]), float(lean[1])) if has_direction else None,
         azimuth_sigma_deg=_azimuth_sigma_deg(sigmas, tangent) if has_direction else None,
         beta_deg=beta_deg(direction),
         verticality_permille=1000.0 * tangent,

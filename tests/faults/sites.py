@@ -41,10 +41,10 @@ class Site:
     def append(self, text: str) -> None:
         self.file.write_text(f"{self.text()}\n{text}\n", encoding="utf-8")
 
-    def run(self, *words: object) -> Called:
+    def run(self, *words: object, workspace: Path | None = None) -> Called:
         """Call ``tiltwatch run`` in this process; no traceback may reach the screen."""
         out, err = io.StringIO(), io.StringIO()
-        asked = ["run", self.file, "--workspace", self.workspace, *words]
+        asked = ["run", self.file, "--workspace", workspace or self.workspace, *words]
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
                 code = main([str(word) for word in asked])
@@ -68,11 +68,11 @@ class Site:
 
     def states(self) -> dict[str, str]:
         """State of every epoch, as the catalog tells everybody."""
-        return {epoch: state for epoch, state in self.query("select epoch, state from epochs")}
+        return dict(self.query("select epoch, state from epochs"))
 
-    def query(self, sql: str) -> list[tuple]:  # type: ignore[type-arg]
+    def query(self, sql: str, values: Sequence[object] = ()) -> list[tuple]:  # type: ignore[type-arg]
         with duckdb.connect(str(self.workspace / "catalog.duckdb"), read_only=True) as catalog:
-            return catalog.execute(sql).fetchall()
+            return catalog.execute(sql, list(values)).fetchall()
 
 
 def state_of(called: Called, epoch: str) -> Mapping[str, object]:
@@ -94,8 +94,15 @@ def stations_of(text: str, epoch: str) -> Sequence[Mapping[str, object]]:
 
 def epoch_text(epoch: str, month: int, tables: Iterable[Mapping[str, object]]) -> str:
     """An epoch of stations as a campaign file has it."""
-    lines = ["[[epochs]]", f'id = "{epoch}"', f"time = {2026 + month // 12}-{1 + month % 12:02d}-01T06:00:00Z"]
+    lines = [
+        "[[epochs]]",
+        f'id = "{epoch}"',
+        f"time = {2026 + month // 12}-{1 + month % 12:02d}-01T06:00:00Z",
+    ]
     for table in tables:
         lines.append("[[epochs.stations]]")
-        lines += [f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}" for key, value in table.items()]
+        lines += [
+            f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}"
+            for key, value in table.items()
+        ]
     return "\n".join(lines) + "\n"

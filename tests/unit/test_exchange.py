@@ -66,6 +66,16 @@ def test_a_missing_field_is_refused() -> None:
         rebuild(Method, {"name": "paper"})
 
 
+@dataclass(frozen=True)
+class Foreign:
+    place: Path
+
+
+def test_a_field_of_an_unknown_kind_is_refused_on_the_way_back() -> None:
+    with pytest.raises(TypeError, match=r"Path.* does not travel between stages"):
+        rebuild(Foreign, {"place": "here"})
+
+
 def test_what_is_not_known_does_not_travel() -> None:
     with pytest.raises(TypeError, match=r"a .*Path does not travel between stages"):
         plain(Path())

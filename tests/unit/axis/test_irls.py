@@ -100,14 +100,14 @@ def test_update_weight_ratio_counts_weights_below_half_of_the_largest() -> None:
     assert fit.n_effective == pytest.approx(fit.weights.sum() ** 2 / (fit.weights**2).sum())
 
 
-@pytest.mark.parametrize("m", [101, 11])
-def test_stated_sigma_is_near_the_scatter_without_outliers(m: int) -> None:
+@pytest.mark.parametrize(("m", "ratio"), [(101, 0.93), (11, 1.0), (6, 1.19)])
+def test_stated_sigma_is_near_the_scatter_without_outliers(m: int, ratio: float) -> None:
     rng = np.random.default_rng(8)
     fits = [irls(shaft(rng, m).centres_m) for _ in range(500)]
     scatter = np.std([fit.lean - LEAN for fit in fits])
     stated = np.sqrt(np.mean([fit.lean_covariance[0, 0] for fit in fits]))
-    # the reweighting itself is not in it: 5 to 10 % too small; s.e. 0.02
-    assert stated / scatter == pytest.approx(0.93, abs=0.07)
+    # the reweighting itself is not in it: 5 to 10 % too small; few centres are widened for it; s.e. 0.02
+    assert stated / scatter == pytest.approx(ratio, abs=0.07)
 
 
 def test_one_bad_centre_pulls_less_than_in_least_squares() -> None:
