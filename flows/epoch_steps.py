@@ -47,6 +47,20 @@ def read_scans(work: EpochWork, result: EpochResult) -> None:
         if scan.input.refusal is not None:
             result.refuse(f"station {scan.input.station}: {scan.input.refusal}")
         result.notes += [f"station {scan.input.station}: {note}" for note in scan.input.notes]
+        result.notes += _seen_before(work, scan)
+
+
+def _seen_before(work: EpochWork, scan: ReadScan) -> list[str]:
+    """Tell of a scan that another epoch of this run has, too: copied, it would say that nothing moved."""
+    if scan.input.digest is None or scan.input.refusal is not None:
+        return []
+    here = f"station {scan.input.station} of epoch {work.epoch.id}"
+    first = work.calls.ledger.scans.setdefault(scan.input.digest, here)
+    return (
+        []
+        if first == here
+        else [f"station {scan.input.station}: its scan is that of {first}; is it the right file"]
+    )
 
 
 def register_scans(work: EpochWork, result: EpochResult) -> None:

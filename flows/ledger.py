@@ -43,6 +43,8 @@ class RunLedger:
     structure: str
     listener: Callable[[StageEvent], None]
     rows: list[StageRunRow] = field(default_factory=list)
+    scans: dict[str, str] = field(default_factory=dict)
+    """Digest of every scan that the run has seen, and whose it was first."""
 
     def begin(self, epoch: str, stage: str) -> None:
         """Tell that a stage was asked for."""

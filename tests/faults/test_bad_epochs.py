@@ -148,3 +148,9 @@ def test_a_copy_of_a_scan_under_another_name_is_refused_and_the_first_one_used(
     copy = spoiled.folder / "given-twice" / "ST04.laz"
     error = f"station ST04: {copy}: holds the same bytes as the scan of station ST02; name the right file"
     assert errors_of(told, "given-twice") == error
+
+
+def test_a_scan_that_another_epoch_has_too_is_told(told: Called) -> None:
+    (last,) = (epoch for epoch in told.answer["epochs"] if epoch["epoch"] == LAST)
+    told_of = "station ST01: its scan is that of station ST01 of epoch "
+    assert [note for note in last["notes"] if note.startswith(told_of)]
