@@ -42,6 +42,7 @@ class Site:
             **os.environ,
             "PREFECT_API_URL": self.api,
             "PREFECT_LOGGING_LEVEL": "INFO",
+            "PREFECT_LOGGING_TO_API_ENABLED": "true",
             "PREFECT_SERVER_ANALYTICS_ENABLED": "false",
             "PYTHONPATH": str(ROOT),
             "TILTWATCH_CAMPAIGN": str(self.campaign),
