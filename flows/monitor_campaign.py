@@ -7,7 +7,7 @@ import os
 import time
 import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -135,7 +135,10 @@ class _Catalog:
     built_at: float = 0.0
 
     def follow(self) -> None:
+        """Rebuild it if it is time; where it cannot be swapped just now, the end of the run tells."""
         now = time.monotonic()
         if now - self.built_at > CATALOG_EVERY_S:
-            rebuild_catalog(self.workspace)
+            # on Windows a reader may hold the old one open: no reason to stop the epochs that are left
+            with suppress(StorageError):
+                rebuild_catalog(self.workspace)
             self.built_at = time.monotonic()
