@@ -180,12 +180,16 @@ def _parsed(module: str) -> ast.Module:
 
 
 def _drop_docstring(node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> None:
-    body = node.body
-    while body and isinstance(body[0], ast.Expr) and isinstance(body[0].value, ast.Constant):
-        if not isinstance(body[0].value.value, str):
-            break
-        body = body[1:]
-    node.body = body or [ast.Pass()]
+    """Take bare texts out of a body: its docstring, and those that stand below a constant or a field."""
+    node.body = [part for part in node.body if not _is_text(part)] or [ast.Pass()]
+
+
+def _is_text(part: ast.stmt) -> bool:
+    return (
+        isinstance(part, ast.Expr)
+        and isinstance(part.value, ast.Constant)
+        and isinstance(part.value.value, str)
+    )
 
 
 def _versions(library: str) -> Iterator[str]:

@@ -74,13 +74,14 @@ def test_a_new_variant_changes_the_version_of_the_stage_that_finds_it(checkout: 
     ("old", "new"),
     [
         ('"""Robust scales and weights.', '"""Robust scales, and weights.'),
+        ('"""Makes the median absolute', '"""It makes the median absolute'),
         ("def mad_sigma(", "# a comment\n\n\ndef mad_sigma("),
         (
             "u = np.clip(np.abs(residuals) / (cut * sigma), 0.0, 1.0)",
             "u = np.clip(\n        np.abs(residuals) / (cut * sigma), 0.0, 1.0\n    )",
         ),
     ],
-    ids=["docstring", "comment", "layout"],
+    ids=["docstring", "text below a constant", "comment", "layout"],
 )
 def test_what_does_not_run_does_not_change_the_version(checkout: Path, old: str, new: str) -> None:
     before = version_in(checkout)
