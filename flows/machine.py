@@ -37,7 +37,7 @@ PACKAGES: Final = (
 )
 OPEN3D: Final = ("open3d-cpu", "open3d")
 OPEN3D_TIMEOUT_S: Final = 120.0
-LOAD_OPEN3D: Final = "from tasks.simulation.raycasting import import_open3d; import_open3d()"
+LOAD_OPEN3D: Final = "from tasks.open3d_import import import_open3d; import_open3d()"
 REINSTALL: Final = "run `make setup` or install from requirements.lock"
 
 

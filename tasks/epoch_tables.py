@@ -195,7 +195,9 @@ def _placed_row(home: Home, scan: ScanInput, pose: StationPose, diagnosis: PoseD
         position_north_m=north,
         position_up_m=up,
         heading_deg=float(np.degrees(diagnosis.heading_rad)),
-        heading_correction_deg=float(np.degrees(diagnosis.heading_correction_rad)),
+        heading_correction_deg=None
+        if diagnosis.heading_correction_rad is None
+        else float(np.degrees(diagnosis.heading_correction_rad)),
         level_east_deg=float(np.degrees(diagnosis.level_east_rad)),
         level_north_deg=float(np.degrees(diagnosis.level_north_rad)),
         overlap=diagnosis.overlap,

@@ -18,11 +18,14 @@ from tasks.ingest.scan import (
     METRES_PER_UNIT,
     Bounds,
     Coordinates,
+    FilePose,
+    Frame,
     LengthUnit,
     RawScan,
     Reader,
     Scan,
     ScanHeader,
+    ScanPart,
     ScanRequest,
 )
 from tasks.ingest.soundness import check_extent, check_finite, check_step, without_empty_returns
@@ -32,10 +35,13 @@ __all__ = [
     "READERS",
     "Bounds",
     "Coordinates",
+    "FilePose",
+    "Frame",
     "LengthUnit",
     "Reader",
     "Scan",
     "ScanHeader",
+    "ScanPart",
     "ScanRequest",
     "describe_scan",
     "read_scan",
@@ -70,7 +76,13 @@ def read_scan(path: Path, request: ScanRequest = AS_STATED) -> Scan:
         raise InputError(
             f"{path}: needs more memory than this machine has; crop the scan to the structure and its surroundings"
         ) from error
-    return Scan(np.ascontiguousarray(points_m), len(raw.values), raw.notes + notes)
+    return Scan(np.ascontiguousarray(points_m), len(raw.values), raw.notes + notes, _in_metres(raw, request))
+
+
+def _in_metres(raw: RawScan, request: ScanRequest) -> FilePose | None:
+    if raw.pose is None:
+        return None
+    return FilePose(raw.pose.rotation, raw.pose.translation * METRES_PER_UNIT[request.unit])
 
 
 def describe_scan(path: Path, request: ScanRequest = AS_STATED) -> ScanHeader:

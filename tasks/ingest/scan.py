@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 Coordinates = Literal["cartesian", "polar"]
 LengthUnit = Literal["metre", "foot", "US survey foot"]
+Frame = Literal["scanner", "file"]
 
 METRES_PER_UNIT: Final[Mapping[LengthUnit, float]] = MappingProxyType(
     {"metre": 1.0, "foot": 0.3048, "US survey foot": 1200.0 / 3937.0}
@@ -23,8 +24,33 @@ COLUMN_NAMES: Final[Mapping[Coordinates, tuple[str, str, str]]] = MappingProxyTy
 
 
 @dataclass(frozen=True, slots=True)
+class FilePose:
+    """Pose of a scan as its file states it: ``points_file = rotation @ points_scanner + translation``.
+
+    ``rotation`` (3, 3) is a proper rotation, ``translation`` (3,) is in the unit of the file.
+    """
+
+    rotation: NDArray[np.float64]
+    translation: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ScanPart:
+    """One scan of a file that may hold several; ``name`` and ``pose`` are None where the file states none."""
+
+    name: str | None
+    n_points: int
+    pose: FilePose | None
+
+
+@dataclass(frozen=True, slots=True)
 class ScanRequest:
     """What the campaign file says about a scan.
+
+    ``frame`` "scanner" asks for one scan in the frame of its scanner: ``part`` says which, by its name or its number
+    from 1, and may be None only where the file holds one. "file" asks for the scans of the file (all, or ``part``)
+    joined, each placed by its own pose. ``horizontal`` ("EPSG:n") is the coordinate system that the campaign states for
+    a cloud in the frame of the file: a file that states another one is refused.
 
     ``origin_m`` is subtracted first, in the axes of the file; ``swap_axes`` then turns north, east, up into
     east, north, up. A station's cloud in its scanner frame has neither. ``unit`` is what the campaign states
@@ -35,6 +61,9 @@ class ScanRequest:
     origin_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     swap_axes: bool = False
     unit: LengthUnit = "metre"
+    frame: Frame = "scanner"
+    part: str | int | None = None
+    horizontal: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +73,13 @@ class Scan:
     ``points_m`` is an (n, 3) C-contiguous float64 array: scanner frame, or site frame for a registered cloud.
     ``n_in_file`` counts the records of the file; those without a return are in it, but not in ``points_m``.
     ``notes`` are warnings worth telling, each a lower-case clause without the file's name.
+    ``pose`` is that of the scan in its file, in metres, where the file states one and the scan is in its own frame.
     """
 
     points_m: NDArray[np.float64]
     n_in_file: int
     notes: tuple[str, ...] = ()
+    pose: FilePose | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +100,16 @@ def box_of(values: NDArray[np.float64]) -> Bounds:
 
 @dataclass(frozen=True, slots=True)
 class ScanHeader:
-    """What can be said of a file without reading its points; ``n_points`` is None where only reading tells."""
+    """What can be said of a file without reading its points; ``n_points`` is None where only reading tells.
+
+    ``parts`` are the scans of a format that can hold several; empty where a file is one cloud.
+    """
 
     format: str
     n_points: int | None
     size_bytes: int
     bounds: Bounds | None
+    parts: tuple[ScanPart, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,11 +118,13 @@ class RawScan:
 
     ``values`` is (n, 3): x, y, z, or range, horizontal angle and elevation in degrees.
     ``step`` is the coarsest step in which the file can store a coordinate, in its own unit, where it says so.
+    ``pose`` is that of the one scan that was asked for in its own frame, where the file states one.
     """
 
     values: NDArray[np.float64]
     step: float | None = None
     notes: tuple[str, ...] = ()
+    pose: FilePose | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -75,6 +75,9 @@ def registered_cloud(station: str, sigmas: InstrumentSigmas) -> Registration:
         weakest_direction=None,
         state="ok",
         reason=None,
+        start="registered already",
+        correction_m=None,
+        normalised=(None,) * SIX,
     )
     return Registration((pose,), covariance, (diagnosis,), iterations=0)
 
@@ -110,6 +113,9 @@ def _diagnose(
         weakest_direction=weakest_direction(adjusted.data_information, adjusted.prior_information, i),
         state="suspect" if reasons else "ok",
         reason="; ".join(reasons) or None,
+        start="as stated",
+        correction_m=shift,
+        normalised=tuple(float(value) for value in normalised),
     )
 
 

@@ -11,7 +11,7 @@ from tasks.simulation.campaign import (
 from tasks.simulation.epoch import SimulatedStation, epoch_scene, set_up_epoch, simulate_epoch
 from tasks.simulation.mesh import Mesh, Surface
 from tasks.simulation.movement import Movement
-from tasks.simulation.raycasting import Hits, RayScene, build_scene, import_open3d
+from tasks.simulation.raycasting import Hits, RayScene, build_scene
 from tasks.simulation.scan import SimulatedScan, scan_windows, simulate_station
 from tasks.simulation.scanner import PERFECT_SCANNER, Scanner, Window
 from tasks.simulation.shape import AxisTruth, Horizontal, ShaftShape, axis_truth
@@ -49,7 +49,6 @@ __all__ = [
     "draw_station_places",
     "draw_terrain",
     "epoch_scene",
-    "import_open3d",
     "scan_epochs",
     "scan_windows",
     "set_up_epoch",

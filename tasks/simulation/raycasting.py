@@ -1,20 +1,15 @@
-"""Ray casting by open3d, and the import of open3d itself: the only place of this stage that knows it."""
+"""Ray casting by open3d: the only place of this stage that knows it."""
 
-import ctypes
-import importlib
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import ModuleType
-from typing import Final, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from storage.errors import ShapeError, TiltwatchError
+from storage.errors import ShapeError
+from tasks.open3d_import import import_open3d
 from tasks.simulation.mesh import Mesh, Surface
-
-_LIBRARY: Final = "libusb"
 
 
 class _Caster(Protocol):
@@ -76,35 +71,3 @@ def build_scene(surfaces: Sequence[tuple[Surface, Mesh]]) -> RayScene:
             o3d.core.Tensor.from_numpy(np.ascontiguousarray(mesh.triangles, np.uint32)),
         )
     return RayScene(scene, np.array([int(surface) for surface, _ in surfaces], np.int64))
-
-
-def import_open3d() -> ModuleType:
-    """Import open3d, with the libusb of the wheel ``libusb-package`` where Linux has none.
-
-    Raises
-    ------
-    TiltwatchError
-        If open3d cannot be loaded; the message says what to install.
-    """
-    try:
-        return importlib.import_module("open3d")
-    except ImportError as error:
-        if _LIBRARY not in str(error) or not sys.platform.startswith("linux"):
-            raise TiltwatchError(_advice(error)) from error
-    for name in [name for name in sys.modules if name.partition(".")[0] == "open3d"]:
-        del sys.modules[name]
-    try:
-        # open3d asks the linker for libusb by name; one that is already loaded satisfies it
-        path = importlib.import_module("libusb_package").get_library_path()
-        ctypes.CDLL(str(path), mode=ctypes.RTLD_GLOBAL)
-        return importlib.import_module("open3d")
-    except (ImportError, OSError) as error:
-        raise TiltwatchError(_advice(error)) from error
-
-
-def _advice(error: Exception) -> str:
-    return (
-        f"the simulation needs open3d, which does not load here ({error}); install the python packages of "
-        "requirements.lock, and on linux the system's libusb-1.0 or the package libusb-package; "
-        "a slim image also needs libegl1, libgl1, libx11-6, libudev1 and libidn2-0"
-    )

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from storage.errors import ShapeError, TiltwatchError
-from tasks.simulation import Surface, build_scene, import_open3d
+from tasks.open3d_import import import_open3d
+from tasks.simulation import Surface, build_scene
 from tasks.simulation.mesh import House, Mesh, beams, house_mesh, merge, tube
 
 
