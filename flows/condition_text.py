@@ -5,6 +5,7 @@ from datetime import datetime
 from typing import Final
 
 from flows.terminal import Json
+from storage.records import EpochRow
 from tasks.condition import Condition, Level
 
 EXIT_CODES: Final = {Level.OK: 0, Level.QUALITY: 4, Level.WARNING: 5, Level.ALARM: 6}
@@ -29,6 +30,8 @@ def lines_of(condition: Condition, now: datetime) -> Iterator[str]:
         f"data: {epoch.state}, {epoch.n_stations_used} of {epoch.n_stations} stations, "
         f"{epoch.n_points_used:,} of {epoch.n_points_in:,} points on the shaft"
     )
+    if condition.lacks_a_station:
+        yield f"coverage: {_coverage_of(epoch)}"
     yield f"state: {NAMES[condition.level]}"
     for reason in condition.reasons:
         yield f"  {NAMES[reason.level]}: {reason.what}"
@@ -81,7 +84,25 @@ def facts_of(condition: Condition, now: datetime) -> dict[str, Json]:
         "change_significant": change.significant if change else None,
         "n_stations": epoch.n_stations,
         "n_stations_used": epoch.n_stations_used,
+        "coverage_deg": epoch.coverage_deg,
+        "stations_sigma_arcsec": epoch.stations_sigma_arcsec,
+        "next_station_azimuth_deg": epoch.next_station_azimuth_deg,
+        "next_station_sigma_arcsec": epoch.next_station_sigma_arcsec,
     }
+
+
+def _coverage_of(epoch: EpochRow) -> str:
+    """How much of the shaft was seen, and where one more station would help most."""
+    seen = "unknown" if epoch.coverage_deg is None else f"{epoch.coverage_deg:.0f}° of the circumference"
+    azimuth_deg, now, then = (
+        epoch.next_station_azimuth_deg,
+        epoch.stations_sigma_arcsec,
+        epoch.next_station_sigma_arcsec,
+    )
+    if azimuth_deg is None or now is None or then is None:
+        return seen
+    gain = f'would bring the sigma of the lean from {now:.1f}" to {then:.1f}"'
+    return f"{seen}; one more station at azimuth {azimuth_deg:.0f}° {gain}"
 
 
 def _limit_of(condition: Condition) -> str:

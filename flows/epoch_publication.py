@@ -3,9 +3,10 @@
 from dataclasses import replace
 from typing import cast
 
-from flows.epoch_steps import levels_of, registration_of
+from flows.epoch_quality import coverage_of, outlook_of, pairs_of
 from flows.epoch_work import EpochResult, EpochWork
 from flows.outcome import EpochOutcome
+from flows.placing_steps import registration_of
 from storage.digests import text_sha256
 from storage.ledger import store_settings
 from storage.records import EpochRow, RemovalRow, StationRow
@@ -18,8 +19,6 @@ from tasks.epoch_tables import (
     removal_rows,
     scheme_rows,
     slice_rows,
-    station_rows,
-    with_levels,
 )
 from tasks.evaluation import compare_with_control
 from tasks.exchange import rebuild
@@ -27,6 +26,8 @@ from tasks.plan import plan_standard
 from tasks.preprocessing import Removal
 from tasks.produced import Json
 from tasks.publishing import EpochTables, publish, with_other_schemes
+from tasks.quality_rows import with_outlook
+from tasks.station_rows import station_rows, with_levels
 
 
 def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
@@ -73,7 +74,9 @@ def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
     return EpochTables(
         epoch=_epoch_row(work, result, has_result=bool(result.tilt)),
         stations=_stations(work, result, home, scans),
+        pairs=pairs_of(work, result, home),
         removals=_removals(result, home),
+        coverage=coverage_of(work, result, home),
         slices=[row for outcome in result.outcomes for row in slice_rows(home, outcome)],
         tilt=result.tilt,
         schemes=scheme_rows(home, result.outcomes),
@@ -83,7 +86,8 @@ def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
 
 def _epoch_row(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochRow:
     home = Home(work.campaign.structure.id, work.epoch.id)
-    return epoch_row(home, _facts(work, result, has_result=has_result), [scan.input for scan in result.scans])
+    facts = _facts(work, result, has_result=has_result)
+    return with_outlook(epoch_row(home, facts, [scan.input for scan in result.scans]), outlook_of(result))
 
 
 def _facts(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochFacts:
@@ -108,10 +112,7 @@ def _stations(work: EpochWork, result: EpochResult, home: Home, scans: list[Scan
     registration = None
     if result.registration is not None and result.registration.refusal is None:
         registration = registration_of(work, result.registration)
-    rows = station_rows(home, scans, registration)
-    if result.shaft is None or result.shaft.refusal is not None:
-        return rows
-    return with_levels(rows, [scan.plan.station for scan in result.used], levels_of(result.shaft))
+    return with_levels(station_rows(home, scans, registration), result.levels, result.suspects)
 
 
 def _removals(result: EpochResult, home: Home) -> list[RemovalRow]:

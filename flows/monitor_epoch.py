@@ -7,16 +7,15 @@ from prefect import flow
 from prefect.serializers import JSONSerializer
 
 from flows.epoch_publication import publish_result
-from flows.epoch_steps import (
-    evaluate_schemes,
-    isolate_shaft_of,
-    measure_schemes,
-    read_scans,
-    register_scans,
-)
+from flows.epoch_quality import rate_coverage_of
+from flows.epoch_steps import evaluate_schemes, measure_schemes
 from flows.epoch_work import EpochResult, EpochWork
 from flows.ledger import current_ledger
+from flows.level_steps import leave_out_unlevel
 from flows.outcome import EpochOutcome
+from flows.placing_steps import isolate_shaft_of, register_scans, tell_suspects
+from flows.scan_steps import read_scans
+from flows.stable_steps import take_stable
 from flows.stage_calls import StageCalls
 from storage.errors import InputError, UsageError
 from storage.locks import epoch_lock
@@ -52,8 +51,12 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
     result = EpochResult()
     with epoch_lock(work.workspace, work.campaign.structure.id, epoch, timeout_s=WAIT_FOR_OTHERS_S):
         read_scans(work, result)
+        take_stable(work, result)
         register_scans(work, result)
         isolate_shaft_of(work, result)
+        leave_out_unlevel(work, result)
+        tell_suspects(work, result)
+        rate_coverage_of(work, result)
         measure_schemes(work, result)
         evaluate_schemes(work, result)
         return publish_result(work, result)

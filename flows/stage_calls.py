@@ -8,7 +8,7 @@ from prefect import Task
 from prefect.futures import PrefectFuture
 
 from flows.ledger import RunLedger, StageDone
-from storage.errors import InputError
+from storage.errors import InputError, StorageError
 from tasks.caching import Identity, identity_of
 from tasks.produced import Cost, Produced, produced_from_json
 
@@ -30,9 +30,12 @@ class StageCalls:
     ledger: RunLedger
     epoch: str
     workspace: str
+    on_behalf: str = ""
+    """Stands before the label of every stage: of another epoch, whose stages this one needs."""
 
     def submit(self, stage: Task[..., Any], label: str, **inputs: Any) -> Pending:
         """Ask for a stage; it runs beside others."""
+        label = f"{self.on_behalf}{label}"
         self.ledger.begin(self.epoch, label)
         inputs["workspace"] = self.workspace
         identity = identity_of(stage, inputs)
@@ -72,3 +75,17 @@ class StageCalls:
             fault=fault,
         )
         self.ledger.note(self.epoch, done)
+
+
+def artifact_of(produced: Produced | None, name: str) -> Any:
+    """Reference to an artifact that a stage produced, as plain JSON.
+
+    Raises
+    ------
+    StorageError
+        If there is none of that name.
+    """
+    ref = None if produced is None else produced.artifacts.get(name)
+    if ref is None:
+        raise StorageError(f"a stage produced no {name!r}; run again with an empty workspace")
+    return ref.to_json()

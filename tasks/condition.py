@@ -11,6 +11,13 @@ from storage.workspace import Workspace
 COVERAGE: Final = 2.0
 """Expanded uncertainties are stated for k = 2, about 95 %."""
 
+FULL_COVERAGE_DEG: Final = 300.0
+"""With so much of the circumference the centre of a circle is at most 15 % less certain than with all of it; with less
+that grows fast: 28 % at 270 deg, 130 % at 180 (science.md section 3)."""
+
+WORTHWHILE_GAIN: Final = 0.15
+"""A station that lowers the sigma by this share is worth the way: nine stations for eight lower it by 6 %."""
+
 ACTIVE_ALARMS: Final = ("new", "acknowledged")
 
 
@@ -55,6 +62,20 @@ class Condition:
         """Expanded uncertainty (k = 2) of the deviation [m]."""
         sigma = self.tilt.deviation_sigma_m if self.tilt else None
         return None if sigma is None else COVERAGE * sigma
+
+    @property
+    def next_station_gain(self) -> float | None:
+        """Share by which one more station would lower the predicted sigma of the lean; None where that is not known."""
+        now, then = self.epoch.stations_sigma_arcsec, self.epoch.next_station_sigma_arcsec
+        return None if now is None or then is None else 1.0 - then / now
+
+    @property
+    def lacks_a_station(self) -> bool:
+        """Whether a side of the shaft is unseen, or one more station would lower the sigma of the lean by much."""
+        covered_deg, gain = self.epoch.coverage_deg, self.next_station_gain
+        return (covered_deg is not None and covered_deg < FULL_COVERAGE_DEG) or (
+            gain is not None and gain > WORTHWHILE_GAIN
+        )
 
     @property
     def change_u_m(self) -> float | None:

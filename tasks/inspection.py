@@ -9,21 +9,26 @@ from pathlib import Path
 import numpy as np
 
 from storage.errors import InputError
-from tasks.ingest import Bounds, ScanHeader, describe_scan
+from tasks.ingest import Bounds, ScanHeader, ScanPart, describe_scan
 from tasks.plan import REGISTERED, PlannedScan, plan_prior, plan_scans
 from tasks.settings import Campaign, Epoch
 
 
 @dataclass(frozen=True, slots=True)
 class InspectedScan:
-    """What the header of a scan says; ``n_points`` is None where only reading tells."""
+    """What the header of a scan says; ``n_points`` is None where only reading tells.
+
+    ``horizontal`` is the coordinate system that the file states, "EPSG:n" or its name in quotes.
+    """
 
     epoch: str
     station: str
     path: Path
+    part: str | int | None
     format: str
     n_points: int | None
     size_bytes: int
+    horizontal: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +64,14 @@ def place_of(epoch: str, station: str) -> str:
 
 def _inspected(epoch: Epoch, planned: PlannedScan, header: ScanHeader) -> InspectedScan:
     return InspectedScan(
-        epoch.id, planned.station, planned.path, header.format, header.n_points, header.size_bytes
+        epoch=epoch.id,
+        station=planned.station,
+        path=planned.path,
+        part=planned.request.part,
+        format=header.format,
+        n_points=header.n_points,
+        size_bytes=header.size_bytes,
+        horizontal=header.horizontal,
     )
 
 
@@ -69,8 +81,20 @@ def _header_problems(
     place = place_of(epoch.id, planned.station)
     if header.n_points == 0:
         yield f"{place}: {planned.path} holds no points; export the scan again"
-    elif planned.position_m is None and header.bounds is not None:
+    elif planned.is_registered and header.bounds is not None:
         yield from (f"{place}: {what}" for what in _misses(campaign, header.bounds))
+    elif planned.has_pose_in_file and any(part.pose is None for part in _asked_for(planned, header)):
+        yield (
+            f'{place}: {planned.path} states no pose of this scan, which pose = "file" needs; '
+            "write position_m and heading_deg instead"
+        )
+
+
+def _asked_for(planned: PlannedScan, header: ScanHeader) -> Iterator[ScanPart]:
+    """The scan of a file with several that a station names; none where the header does not tell scans apart."""
+    for number, part in enumerate(header.parts, start=1):
+        if planned.request.part in (None, number, part.name):
+            yield part
 
 
 def _misses(campaign: Campaign, bounds: Bounds) -> Iterator[str]:
@@ -92,8 +116,13 @@ def _misses(campaign: Campaign, bounds: Bounds) -> Iterator[str]:
 
 
 def _copies(scans: Sequence[InspectedScan]) -> Iterator[str]:
-    """List scans that are byte for byte the same: two set-ups never see the same noise."""
+    """List scans that are byte for byte the same: two set-ups never see the same noise.
+
+    Two stations may name different scans of one file, or of two files with the same scans.
+    """
     for first, second in combinations(scans, 2):
+        if first.part != second.part:
+            continue
         if first.size_bytes == second.size_bytes and filecmp.cmp(first.path, second.path, shallow=False):
             yield (
                 f"{place_of(second.epoch, second.station)}: {second.path} is a copy of "

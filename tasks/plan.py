@@ -12,8 +12,8 @@ from tasks.evaluation import Occasion, ReferenceLean, Standard
 from tasks.ingest import ScanRequest
 from tasks.methods import Method, methods_of
 from tasks.preprocessing import ShaftOptions, StructurePrior
-from tasks.registration import InstrumentSigmas
-from tasks.settings import Campaign, Epoch
+from tasks.registration import InstrumentSigmas, ShaftHint, StableBox
+from tasks.settings import Campaign, Epoch, Station
 from tasks.slicing import SCHEMES, SlicingScheme, user_scheme
 
 REGISTERED: Final = "registered"
@@ -22,13 +22,27 @@ REGISTERED: Final = "registered"
 
 @dataclass(frozen=True, slots=True)
 class PlannedScan:
-    """A scan file and how to read and place it; no position for a cloud that is registered."""
+    """A scan file, how to read it, and the pose that the campaign states for it.
+
+    Position and heading are None where the campaign states none: of a cloud that is registered, and of a station whose
+    pose is in its file or is to be found.
+    """
 
     station: str
     path: Path
     request: ScanRequest
     position_m: tuple[float, float, float] | None
-    heading_rad: float
+    heading_rad: float | None
+
+    @property
+    def is_registered(self) -> bool:
+        """Whether it is a cloud in the frame, and no scan of a station."""
+        return self.request.frame == "file"
+
+    @property
+    def has_pose_in_file(self) -> bool:
+        """Whether its file states position, heading and levelling."""
+        return self.request.levelling == "file"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,20 +66,35 @@ def plan_scans(campaign: Campaign, epoch: Epoch) -> list[PlannedScan]:
     InputError
         If a path leaves the campaign's folder.
     """
-    frame = campaign.frame
     if epoch.registered is not None:
-        request = ScanRequest(origin_m=frame.origin_m, swap_axes=frame.swaps_axes)
-        return [PlannedScan(REGISTERED, campaign.scan_path(epoch.registered), request, None, 0.0)]
-    return [
-        PlannedScan(
-            station=station.id,
-            path=campaign.scan_path(station.scan),
-            request=ScanRequest(coordinates=station.coordinates),
-            position_m=frame.site_position_m(station.position_m),
-            heading_rad=float(np.radians(station.heading_deg)),
-        )
-        for station in epoch.stations
-    ]
+        return [_plan_registered(campaign, epoch.registered)]
+    return [_plan_station(campaign, station) for station in epoch.stations]
+
+
+def _plan_registered(campaign: Campaign, cloud: str) -> PlannedScan:
+    frame = campaign.frame
+    request = ScanRequest(
+        origin_m=frame.origin_m,
+        swap_axes=frame.swaps_axes,
+        frame="file",
+        horizontal=frame.horizontal,
+    )
+    return PlannedScan(REGISTERED, campaign.scan_path(cloud), request, None, None)
+
+
+def _plan_station(campaign: Campaign, station: Station) -> PlannedScan:
+    position_m, heading_deg = station.position_m, station.heading_deg
+    return PlannedScan(
+        station=station.id,
+        path=campaign.scan_path(station.scan),
+        request=ScanRequest(
+            coordinates=station.coordinates,
+            part=station.part,
+            levelling="file" if station.pose == "file" else "scanner",
+        ),
+        position_m=None if position_m is None else campaign.frame.site_position_m(position_m),
+        heading_rad=None if heading_deg is None else float(np.radians(heading_deg)),
+    )
 
 
 def plan_axes(campaign: Campaign, names: Sequence[str] = ()) -> list[PlannedAxis]:
@@ -103,12 +132,31 @@ def plan_sigmas(campaign: Campaign) -> InstrumentSigmas:
 def plan_prior(campaign: Campaign) -> StructurePrior:
     """What is roughly known of the structure, in the site frame."""
     structure = campaign.structure
-    first, second = structure.base_xy_m
     return StructurePrior(
         kind=structure.kind,
         shaft_z_m=structure.shaft_z_m,
-        base_xy_m=(second, first) if campaign.frame.swaps_axes else (first, second),
+        base_xy_m=_base_xy_m(campaign),
         radius_m=structure.radius_m,
+    )
+
+
+def plan_shaft_hint(campaign: Campaign) -> ShaftHint:
+    """What registration may look for where a pose is not known, in the site frame."""
+    structure = campaign.structure
+    return ShaftHint(_base_xy_m(campaign), structure.shaft_z_m, structure.radius_m)
+
+
+def _base_xy_m(campaign: Campaign) -> tuple[float, float]:
+    first, second = campaign.structure.base_xy_m
+    return (second, first) if campaign.frame.swaps_axes else (first, second)
+
+
+def plan_stable(campaign: Campaign) -> tuple[StableBox, ...]:
+    """Boxes of surroundings that do not move, in the site frame."""
+    place = campaign.frame.site_position_m
+    return tuple(
+        StableBox(region.name, place(region.low_m), place(region.high_m))
+        for region in campaign.registration.stable
     )
 
 

@@ -9,7 +9,9 @@ from storage.parquet import read_rows
 from storage.publish import publish_epoch
 from storage.records import (
     AccuracyRow,
+    CoverageRow,
     EpochRow,
+    PairRow,
     RemovalRow,
     SchemeRow,
     SliceRow,
@@ -32,7 +34,9 @@ class EpochTables:
 
     epoch: EpochRow
     stations: Sequence[StationRow]
+    pairs: Sequence[PairRow]
     removals: Sequence[RemovalRow]
+    coverage: Sequence[CoverageRow]
     slices: Sequence[SliceRow]
     tilt: Sequence[TiltRow]
     schemes: Sequence[SchemeRow]
@@ -43,7 +47,9 @@ class EpochTables:
         return {
             "epochs": [self.epoch],
             "stations": self.stations,
+            "pairs": self.pairs,
             "removals": self.removals,
+            "coverage": self.coverage,
             "slices": self.slices,
             "tilt": self.tilt,
             "schemes": self.schemes,

@@ -4,6 +4,7 @@ Arguments are plain JSON: references to artifacts and parameters. ``workspace`` 
 things lie and do not count in the cache key.
 """
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -11,24 +12,31 @@ import numpy as np
 
 from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
 from storage.errors import InputError
-from storage.records import AccuracyRow, SectionFit, TiltRow
+from storage.records import AccuracyRow, CoverageCell, SectionFit, TiltRow
 from storage.workspace import Workspace
 from tasks.caching import lasting, stage
+from tasks.conventions import azimuth_deg
+from tasks.epoch_quality import rate_quality
 from tasks.epoch_shaft import isolate_epoch
 from tasks.evaluation import NamedLean, Occasion, Standard, evaluate
 from tasks.exchange import plain, rebuild
 from tasks.geometry.failure import FitFailure
-from tasks.ingest import ScanRequest, read_scan
+from tasks.ingest import Scan, ScanRequest, read_scan
 from tasks.lean import Lean, StationShares, lean_of_sections
 from tasks.methods import Method
+from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior
 from tasks.produced import Json, Outcome
 from tasks.registration import (
     InstrumentSigmas,
     Registration,
+    ShaftHint,
+    StableBox,
+    StableSurroundings,
     StationScan,
     register_stations,
     registered_cloud,
+    stable_surroundings,
 )
 from tasks.sections import fit_sections
 from tasks.slicing import SlicingScheme
@@ -50,18 +58,54 @@ def ingest_scan(
     except InputError as fault:
         return FitFailure(str(lasting(fault)).removeprefix(f"{path}: "))
     ref = put_array(_at(workspace), "scan", scan.points_m)
-    facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes)}
+    facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes), **_pose_facts(scan)}
     return Outcome({"points": ref}, facts, len(scan.points_m))
 
 
+def _pose_facts(scan: Scan) -> dict[str, Json]:
+    """Position and heading that the file states, in its own coordinates, where it states a pose."""
+    if scan.pose is None:
+        return {}
+    forward = scan.pose.rotation[:, 1]
+    return {
+        "position_m": plain(scan.pose.translation),
+        "heading_deg": azimuth_deg(forward[0], forward[1]),
+    }
+
+
+@stage("stable surroundings")
+def take_stable_surroundings(
+    workspace: str, clouds: list[JsonRef], registration: JsonRef, boxes: list[dict[str, Json]]
+) -> Outcome | FitFailure:
+    """Take what does not move out of the scans of the reference epoch."""
+    scans = [_array(workspace, ref) for ref in clouds]
+    named = [rebuild(StableBox, box) for box in boxes]
+    stable = stable_surroundings(scans, _registration(workspace, registration), named)
+    if isinstance(stable, FitFailure):
+        return stable
+    arrays = {field.name: getattr(stable, field.name) for field in fields(stable)}
+    refs = {name: put_array(_at(workspace), f"stable-{name}", array) for name, array in arrays.items()}
+    return Outcome(refs, {}, sum(len(scan) for scan in scans))
+
+
 @stage("registration")
-def register_epoch(workspace: str, stations: list[dict[str, Any]], sigmas: dict[str, Json]) -> Outcome:
-    """Adjust the poses of all stations of an epoch jointly."""
-    scans = [
-        StationScan(s["station"], _array(workspace, s["points"]), np.array(s["position_m"]), s["heading_rad"])
-        for s in stations
-    ]
-    registration = register_stations(scans, rebuild(InstrumentSigmas, sigmas))
+def register_epoch(
+    workspace: str,
+    stations: list[dict[str, Any]],
+    sigmas: dict[str, Json],
+    shaft: dict[str, Json],
+    stable: dict[str, JsonRef] | None,
+) -> Outcome | FitFailure:
+    """Adjust the poses of all stations of an epoch jointly; stable surroundings hold them beside GNSS."""
+    scans = [_station_scan(workspace, station) for station in stations]
+    registration = register_stations(
+        scans,
+        rebuild(InstrumentSigmas, sigmas),
+        hint=rebuild(ShaftHint, shaft),
+        stable=None if stable is None else _stable(workspace, stable),
+    )
+    if isinstance(registration, FitFailure):
+        return registration
     ref = put_json(_at(workspace), "registration", plain(registration))
     return Outcome({"registration": ref}, {}, sum(len(scan.points_m) for scan in scans))
 
@@ -99,6 +143,24 @@ def isolate_epoch_shaft(
         "levels": plain(shaft.levels),
     }
     return Outcome(refs, facts, shaft.n_points_in)
+
+
+@stage("coverage")
+def rate_coverage(
+    workspace: str,
+    shaft: dict[str, JsonRef],
+    registration: JsonRef,
+    sigmas: dict[str, Json],
+    shaft_z_m: list[float],
+) -> Outcome:
+    """Count who saw which part of the shaft, and find where one more station would help most."""
+    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
+    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
+    known, stated = _registration(workspace, registration), rebuild(InstrumentSigmas, sigmas)
+    low, high = shaft_z_m
+    quality = rate_quality(cloud, model, known, stated, (low, high))
+    ref = put_rows(_at(workspace), "coverage", CoverageCell, quality.cells)
+    return Outcome({"coverage": ref}, {"outlook": plain(quality.outlook)}, len(cloud.points_m))
 
 
 @stage("slicing")
@@ -167,3 +229,17 @@ def _json(workspace: str, ref: JsonRef) -> Any:
 
 def _registration(workspace: str, ref: JsonRef) -> Registration:
     return rebuild(Registration, _json(workspace, ref))
+
+
+def _stable(workspace: str, refs: dict[str, JsonRef]) -> StableSurroundings:
+    return StableSurroundings(**{name: _array(workspace, ref) for name, ref in refs.items()})
+
+
+def _station_scan(workspace: str, station: dict[str, Any]) -> StationScan:
+    position_m = station["position_m"]
+    return StationScan(
+        station["station"],
+        _array(workspace, station["points"]),
+        None if position_m is None else np.array(position_m),
+        station["heading_rad"],
+    )

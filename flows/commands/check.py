@@ -57,6 +57,7 @@ def _facts(campaign: "Campaign", inspection: "Inspection") -> dict[str, Json]:
                 "format": scan.format,
                 "n_points": scan.n_points,
                 "size_bytes": scan.size_bytes,
+                "horizontal": scan.horizontal,
             }
             for scan in inspection.scans
         ],

@@ -29,7 +29,7 @@ def export(
     Parameters
     ----------
     what
-        epochs, stations, slices, tilt, accuracy, changes, alarms, runs, schemes, removals or latest.
+        epochs, stations, pairs, coverage, slices, tilt, accuracy, changes, alarms, runs, schemes, removals or latest.
     file_format
         csv, json or parquet.
     out

@@ -3,7 +3,9 @@
 from storage.records.accuracy import AccuracyRow
 from storage.records.alarm import AlarmRow
 from storage.records.column import Column, Field, columns_of
+from storage.records.coverage import CoverageCell, CoverageRow
 from storage.records.epoch import EpochRow
+from storage.records.pair import PairRow
 from storage.records.removal import RemovalRow
 from storage.records.scheme import SchemeRow
 from storage.records.section import SectionFit
@@ -15,7 +17,9 @@ from storage.records.tilt import TiltRow
 TABLES: dict[str, type] = {
     "epochs": EpochRow,
     "stations": StationRow,
+    "pairs": PairRow,
     "removals": RemovalRow,
+    "coverage": CoverageRow,
     "slices": SliceRow,
     "tilt": TiltRow,
     "schemes": SchemeRow,
@@ -30,8 +34,11 @@ __all__ = [
     "AccuracyRow",
     "AlarmRow",
     "Column",
+    "CoverageCell",
+    "CoverageRow",
     "EpochRow",
     "Field",
+    "PairRow",
     "RemovalRow",
     "SchemeRow",
     "SectionFit",

@@ -28,3 +28,21 @@ class EpochRow:
     campaign_digest: Annotated[str, Column("SHA-256 of the filled-in campaign settings of the run")]
     code_version: Annotated[str, Column("digest of the code that made the results")]
     schema_version: Annotated[int, Column("version of the stored tables")]
+    coverage_deg: Annotated[
+        float | None, Column("circumference of the shaft with points, mean over the height bands", "deg")
+    ] = None
+    stations_sigma_arcsec: Annotated[
+        float | None,
+        Column(
+            "predicted standard deviation of one component of the lean vector with these stations", "arcsec"
+        ),
+    ] = None
+    next_station_azimuth_deg: Annotated[
+        float | None,
+        Column(
+            "where one more station would help most, clockwise from grid north as seen from the axis", "deg"
+        ),
+    ] = None
+    next_station_sigma_arcsec: Annotated[
+        float | None, Column("stations_sigma_arcsec with that station, set up like the others", "arcsec")
+    ] = None

@@ -50,3 +50,28 @@ class StationRow:
         Column("chi-square (2 degrees of freedom) of that lean; above 20 the station is suspect", "1"),
     ] = None
     notes: Annotated[str | None, Column("what the reader of the scan found worth telling")] = None
+    start: Annotated[
+        str | None,
+        Column("what the adjustment began with: as stated, or what was found in its place and why"),
+    ] = None
+    correction_east_m: Annotated[float | None, Column("adjusted minus stated east", "m")] = None
+    correction_north_m: Annotated[float | None, Column("adjusted minus stated north", "m")] = None
+    correction_up_m: Annotated[float | None, Column("adjusted minus stated height", "m")] = None
+    normalised_level_east: Annotated[
+        float | None,
+        Column(
+            "correction of the rotation about the east axis over its own standard deviation (Baarda's w); NULL, as in"
+            " the next five, where nothing is stated or the scans say too little to test it",
+            "1",
+        ),
+    ] = None
+    normalised_level_north: Annotated[
+        float | None, Column("the same of the rotation about the north axis", "1")
+    ] = None
+    normalised_heading: Annotated[
+        float | None,
+        Column("the same of the rotation about the up axis; positive turns the heading back", "1"),
+    ] = None
+    normalised_east: Annotated[float | None, Column("the same of east", "1")] = None
+    normalised_north: Annotated[float | None, Column("the same of north", "1")] = None
+    normalised_up: Annotated[float | None, Column("the same of the height", "1")] = None

@@ -15,7 +15,9 @@ from storage.records import (
     TABLES,
     AccuracyRow,
     AlarmRow,
+    CoverageRow,
     EpochRow,
+    PairRow,
     RemovalRow,
     SchemeRow,
     SliceRow,
@@ -44,6 +46,17 @@ def epoch_rows(ws: Workspace, structure: str) -> list[EpochRow]:
 def station_rows(ws: Workspace, structure: str, epoch: str) -> list[StationRow]:
     """The stations of an epoch."""
     return _rows(ws, "stations", StationRow, {"structure": structure, "epoch": epoch}, "station")
+
+
+def pair_rows(ws: Workspace, structure: str, epoch: str) -> list[PairRow]:
+    """How the stations of an epoch agree two by two."""
+    return _rows(ws, "pairs", PairRow, {"structure": structure, "epoch": epoch}, "station, other")
+
+
+def coverage_rows(ws: Workspace, structure: str, epoch: str) -> list[CoverageRow]:
+    """How much of the shaft was seen in an epoch, from the bottom, clockwise from north."""
+    chosen = {"structure": structure, "epoch": epoch}
+    return _rows(ws, "coverage", CoverageRow, chosen, "z_low_m, azimuth_low_deg")
 
 
 def removal_rows(ws: Workspace, structure: str, epoch: str) -> list[RemovalRow]:

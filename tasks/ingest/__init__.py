@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from storage.errors import InputError
 from tasks.geometry.variants import discover
 from tasks.ingest.foreign_formats import ADVICE
+from tasks.ingest.levelling import level_scan
 from tasks.ingest.polar import cartesian_from_polar, check_polar
 from tasks.ingest.scan import (
     METRES_PER_UNIT,
@@ -21,6 +22,7 @@ from tasks.ingest.scan import (
     FilePose,
     Frame,
     LengthUnit,
+    Levelling,
     RawScan,
     Reader,
     Scan,
@@ -38,6 +40,7 @@ __all__ = [
     "FilePose",
     "Frame",
     "LengthUnit",
+    "Levelling",
     "Reader",
     "Scan",
     "ScanHeader",
@@ -70,13 +73,15 @@ def read_scan(path: Path, request: ScanRequest = AS_STATED) -> Scan:
         raw = reader.read(path, request)
         check_finite(path, raw.values)
         points_m, notes = _points_and_notes(path, raw, request)
+        levelled = level_scan(path, points_m, _in_metres(raw, request), request.levelling)
     except OSError as error:
         raise InputError(f"{path}: needs a readable file, came {error.strerror or error}") from error
     except MemoryError as error:
         raise InputError(
             f"{path}: needs more memory than this machine has; crop the scan to the structure and its surroundings"
         ) from error
-    return Scan(np.ascontiguousarray(points_m), len(raw.values), raw.notes + notes, _in_metres(raw, request))
+    notes = (*raw.notes, *notes, *levelled.notes)
+    return Scan(np.ascontiguousarray(levelled.points_m), len(raw.values), notes, levelled.pose)
 
 
 def _in_metres(raw: RawScan, request: ScanRequest) -> FilePose | None:

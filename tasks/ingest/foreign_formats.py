@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final
 
-LATER: Final = "comes with a later version; export LAZ meanwhile"
 VENDOR: Final = "is a maker's raw format; export E57 or LAZ from the maker's program"
 
 # fmt: off
@@ -16,8 +15,6 @@ RAW_SUFFIXES: Final = (
 
 ADVICE: Final[Mapping[str, str]] = MappingProxyType(
     {
-        **dict.fromkeys((".e57", ".ptx", ".pts", ".ply", ".pcd"), LATER),
-        ".parquet": "is not read as a scan; export LAZ",
         **dict.fromkeys(RAW_SUFFIXES, VENDOR),
         **dict.fromkeys((".zip", ".gz", ".7z", ".xz", ".bz2", ".zst"), "is packed; unpack it first"),
         **dict.fromkeys((".xlsx", ".xls", ".ods"), "is a spreadsheet; save it as CSV"),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from storage.errors import InputError
 from tasks.ingest.column_names import find_columns
+from tasks.ingest.crs import StatedSystem, check_horizontal, note_grid_of_scanner, stated_systems
 from tasks.ingest.las_header import LasHeader, read_las_header
 from tasks.ingest.las_records import read_las_records
 from tasks.ingest.las_units import check_units
@@ -42,6 +43,7 @@ class _Checked:
 
     header: LasHeader
     backend: LazBackend
+    systems: tuple[StatedSystem, ...]
     notes: tuple[str, ...]
 
 
@@ -56,6 +58,7 @@ def describe_las(path: Path, request: ScanRequest) -> ScanHeader:
         header.n_points,
         header.size_bytes,
         Bounds(header.low.copy(), header.high.copy()),
+        horizontal=checked.systems[0].label if checked.systems else None,
     )
 
 
@@ -77,18 +80,21 @@ def read_las(path: Path, request: ScanRequest) -> RawScan:
             _fill(path, reader, values, _columns(path, reader, request))
     if request.coordinates == "polar":
         return RawScan(values, notes=checked.notes)
-    return RawScan(values, float(header.scale.max()), checked.notes + _outside_box(header, values))
+    notes = checked.notes + note_grid_of_scanner(checked.systems, values, request)
+    return RawScan(values, float(header.scale.max()), notes + _outside_box(header, values))
 
 
 def _check(path: Path, file: BinaryIO, request: ScanRequest) -> _Checked:
     header = read_las_header(path, file)
     records = read_las_records(path, file, header)
     notes = check_units(path, records, request.unit)
+    systems = stated_systems(records)
+    notes += check_horizontal(path, systems, request.horizontal)
     if not header.is_compressed:
-        return _Checked(header, LazBackend.Lazrs, notes)
+        return _Checked(header, LazBackend.Lazrs, systems, notes)
     largest = max(chunk.n_points for chunk in read_chunks(path, file, header, records))
     is_large = largest * header.record_bytes > PARALLEL_CHUNK_BYTES
-    return _Checked(header, LazBackend.Lazrs if is_large else LazBackend.LazrsParallel, notes)
+    return _Checked(header, LazBackend.Lazrs if is_large else LazBackend.LazrsParallel, systems, notes)
 
 
 def _selection(request: ScanRequest) -> DecompressionSelection:

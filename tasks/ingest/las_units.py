@@ -46,6 +46,15 @@ SAME_UNIT: Final = 5e-7
 
 
 @dataclass(frozen=True, slots=True)
+class GeoKey:
+    """A GeoTIFF key; ``value`` is its value where ``location`` is 0, else a place in the record of that number."""
+
+    number: int
+    location: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
 class StatedUnit:
     """A unit of length that a file states; ``metres`` is its length."""
 
@@ -104,13 +113,25 @@ def _metres(name: str, factor: float) -> float:
 
 
 def _units_of_keys(path: Path, content: bytes) -> Iterator[StatedUnit]:
+    for key in geo_keys(content):
+        if key.number == MODEL_KEY and key.value in GEO_MODELS:
+            raise _on_the_globe(path, GEO_MODELS[key.value])
+        if key.number in LINEAR_UNIT_KEYS and key.location == 0 and key.value in EPSG_UNITS_M:
+            yield StatedUnit(f"EPSG unit {key.value}", EPSG_UNITS_M[key.value])
+
+
+def geo_keys(content: bytes) -> Iterator[GeoKey]:
+    """Keys of a GeoTIFF directory.
+
+    Raises
+    ------
+    struct.error
+        If it is shorter than it states.
+    """
     n_keys = struct.unpack_from("<4H", content)[3]
     for index in range(1, n_keys + 1):
-        key, location, _, value = struct.unpack_from("<4H", content, 8 * index)
-        if key == MODEL_KEY and value in GEO_MODELS:
-            raise _on_the_globe(path, GEO_MODELS[value])
-        if key in LINEAR_UNIT_KEYS and location == 0 and value in EPSG_UNITS_M:
-            yield StatedUnit(f"EPSG unit {value}", EPSG_UNITS_M[value])
+        number, location, _, value = struct.unpack_from("<4H", content, 8 * index)
+        yield GeoKey(number, location, value)
 
 
 def _on_the_globe(path: Path, kind: str) -> InputError:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 Coordinates = Literal["cartesian", "polar"]
 LengthUnit = Literal["metre", "foot", "US survey foot"]
 Frame = Literal["scanner", "file"]
+Levelling = Literal["scanner", "file"]
 
 METRES_PER_UNIT: Final[Mapping[LengthUnit, float]] = MappingProxyType(
     {"metre": 1.0, "foot": 0.3048, "US survey foot": 1200.0 / 3937.0}
@@ -49,12 +50,17 @@ class ScanRequest:
 
     ``frame`` "scanner" asks for one scan in the frame of its scanner: ``part`` says which, by its name or its number
     from 1, and may be None only where the file holds one. "file" asks for the scans of the file (all, or ``part``)
-    joined, each placed by its own pose. ``horizontal`` ("EPSG:n") is the coordinate system that the campaign states for
-    a cloud in the frame of the file: a file that states another one is refused.
+    joined, each placed by its own pose. ``horizontal`` is the coordinate system that the campaign states for a cloud in
+    the frame of the file: with "EPSG:n" a file that states another one is refused, with "local" one that states any
+    is noted, with None nothing is compared. No points are turned or moved by it.
 
     ``origin_m`` is subtracted first, in the axes of the file; ``swap_axes`` then turns north, east, up into
     east, north, up. A station's cloud in its scanner frame has neither. ``unit`` is what the campaign states
     for the file; a file whose own coordinate system states another one is refused.
+
+    ``levelling`` "scanner" takes the z axis of a scan in its scanner frame as plumb. "file" turns the points by the
+    tilt that the file's pose states, so that the pose that is left is a heading and a shift; a file that states no pose
+    is refused.
     """
 
     coordinates: Coordinates = "cartesian"
@@ -64,6 +70,7 @@ class ScanRequest:
     frame: Frame = "scanner"
     part: str | int | None = None
     horizontal: str | None = None
+    levelling: Levelling = "scanner"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +109,8 @@ def box_of(values: NDArray[np.float64]) -> Bounds:
 class ScanHeader:
     """What can be said of a file without reading its points; ``n_points`` is None where only reading tells.
 
-    ``parts`` are the scans of a format that can hold several; empty where a file is one cloud.
+    ``parts`` are the scans of a format that can hold several; empty where a file is one cloud. ``horizontal`` is the
+    projected coordinate system that the file states, "EPSG:n" or its name in quotes.
     """
 
     format: str
@@ -110,6 +118,7 @@ class ScanHeader:
     size_bytes: int
     bounds: Bounds | None
     parts: tuple[ScanPart, ...] = ()
+    horizontal: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,70 +1,132 @@
 """One adjustment of all stations of an epoch: scans against each other, GNSS, heading and level held."""
 
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import permutations, product
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
-from tasks.conventions import rotation_site_scanner
 from tasks.geometry.rotations import nearest_rotation, rotation_from_vector
-from tasks.registration.pairs import PairEquations, pair_equations
-from tasks.registration.planar import PlanarCloud
-from tasks.registration.station import InstrumentSigmas, StationPose, StationScan
+from tasks.registration.pairs import Matches, feigned_information, match_pair, pair_equations
+from tasks.registration.planar import THREADS, ScanPlanes
+from tasks.registration.shaft_factor import ShaftEquations, ShaftPoints, shaft_equations
+from tasks.registration.stated import StatedPose
+from tasks.registration.station import StationPose
 
 FIRST_GATE_M: Final = 1.2
 LAST_GATE_M: Final = 0.06
 GATE_SHRINKS: Final = 0.8
+GATE_SIGMAS: Final = 3.0
+"""A gate is taken as so many standard deviations of what is still out of place."""
+
+LEVER_M: Final = 150.0
+"""What is compared lies about that far from a scanner."""
+
 STEP_SIGMAS: Final = 0.02
 """Converged when no parameter moves by more than this share of its own standard deviation."""
 
 MAX_ITERATIONS: Final = 40
+STABLE: Final = -1
+"""Stands as index for the stable surroundings, which do not move."""
+
+Pair = tuple[int, int]
+Link = tuple[int, int, int]
+"""Source, target and layer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Network:
+    """What is adjusted: planes and a stated pose each station.
+
+    ``stable`` are surroundings that hold the frame, ``shaft`` what the stations see of the structure; both may be missing.
+    """
+
+    clouds: tuple[ScanPlanes, ...]
+    stated: tuple[StatedPose, ...]
+    stable: ScanPlanes | None = None
+    shaft: ShaftPoints | None = None
+
+    @property
+    def links(self) -> list[Link]:
+        """Ordered pairs of stations, and every station against the stable surroundings, each in both layers."""
+        n = len(self.clouds)
+        fixed = [(i, STABLE) for i in range(n)] if self.stable is not None else []
+        return [(i, j, layer) for (i, j), layer in product([*permutations(range(n), 2), *fixed], range(2))]
+
+    def planes(self, index: int) -> ScanPlanes:
+        """Planes of a station, or the stable surroundings."""
+        if index != STABLE:
+            return self.clouds[index]
+        if self.stable is None:
+            raise IndexError("the network has no stable surroundings")
+        return self.stable
 
 
 @dataclass(frozen=True, slots=True)
 class Adjusted:
-    """Poses, normal matrices (6n, 6n) of scans and of priors, and the last comparison of every pair."""
+    """Poses, normal matrices (6n, 6n) of scans and of statements, and the last matches of every pair.
+
+    ``by_frame`` (6n, 6) is the normal matrix between the poses and a motion of the stable surroundings;
+    ``n_on_shaft`` (n,) counts the points of each station on the common shaft, zero where that is not used.
+    """
 
     poses: tuple[StationPose, ...]
     data_information: NDArray[np.float64]
     prior_information: NDArray[np.float64]
-    pairs: dict[tuple[int, int], PairEquations]
+    by_frame: NDArray[np.float64]
+    n_on_shaft: NDArray[np.int64]
+    matches: dict[Link, Matches]
     iterations: int
     converged: bool
 
 
-def stated_pose(scan: StationScan) -> StationPose:
-    """The pose that position and heading state, with the scanner's z axis plumb."""
-    return StationPose(
-        scan.station, rotation_site_scanner(scan.heading_rad), np.asarray(scan.position_m, float)
+def adjust(network: Network, start: Sequence[StationPose], first_gate_m: float = FIRST_GATE_M) -> Adjusted:
+    """Gauss-Newton over all poses, with a gate that shrinks to 6 cm."""
+    stated = np.concatenate([stated.information for stated in network.stated])
+    poses, gate, iteration, converged = list(start), first_gate_m, 0, False
+    with ThreadPoolExecutor(THREADS) as pool:
+        while not converged and iteration < MAX_ITERATIONS:
+            iteration += 1
+            matches = _match_all(pool, network, poses, gate)
+            prior = np.diag(_eased(stated, gate))
+            data, right = _assemble(matches, poses)
+            shaft = _shaft(network, poses)
+            data, right = data + shaft.matrix, right + shaft.vector
+            right += prior @ _stated_minus_present(poses, network.stated)
+            step = np.asarray(np.linalg.solve(data + prior, right), dtype=np.float64)
+            poses = [_moved(pose, step[SIX * i : SIX * i + SIX]) for i, pose in enumerate(poses)]
+            sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
+            converged = gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS
+            gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
+    known = data - _feigned(matches, poses)
+    by_frame = _by_frame(matches, poses)
+    return Adjusted(
+        tuple(poses), _not_negative(known), prior, by_frame, shaft.n_points, matches, iteration, converged
     )
 
 
-def adjust(clouds: list[PlanarCloud], scans: list[StationScan], sigmas: InstrumentSigmas) -> Adjusted:
-    """Gauss-Newton over all poses, with a gate that shrinks from 1.2 m to 6 cm."""
-    stated = [stated_pose(scan) for scan in scans]
-    prior = np.diag(np.tile(prior_information(sigmas), len(scans)))
-    poses, gate = list(stated), FIRST_GATE_M
-    for iteration in range(1, MAX_ITERATIONS + 1):
-        pairs = _compare_all(clouds, poses, gate)
-        data, right = _assemble(pairs, len(scans))
-        right += prior @ _prior_residuals(poses, stated)
-        step = np.asarray(np.linalg.solve(data + prior, right), dtype=np.float64)
-        poses = [_moved(pose, step[SIX * i : SIX * i + SIX]) for i, pose in enumerate(poses)]
-        sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
-        if gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS:
-            return Adjusted(tuple(poses), data, prior, pairs, iteration, converged=True)
-        gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
-    return Adjusted(tuple(poses), data, prior, pairs, MAX_ITERATIONS, converged=False)
+def _shaft(network: Network, poses: Sequence[StationPose]) -> ShaftEquations:
+    if network.shaft is None:
+        size = SIX * len(poses)
+        return ShaftEquations(np.zeros((size, size)), np.zeros(size), np.zeros(len(poses), np.int64))
+    return shaft_equations(network.shaft, poses)
 
 
-def prior_information(sigmas: InstrumentSigmas) -> NDArray[np.float64]:
-    """Diagonal (6,) of the information that level, heading and GNSS give of one pose."""
-    horizontal, vertical = sigmas.position_m
-    level, heading = sigmas.level_rad, sigmas.heading_rad
-    return np.asarray(1.0 / np.array([level, level, heading, horizontal, horizontal, vertical]) ** 2)
+def _eased(information: NDArray[np.float64], gate_m: float) -> NDArray[np.float64]:
+    """Statements (6n,) while the gate is wide: of where a scan stands and looks no more than the gate itself knows.
+
+    A station that is stated half a metre off is so drawn to where it stood before the gate closes behind it. The level is
+    held from the beginning: no scan may tell a scanner what is plumb.
+    """
+    if gate_m <= LAST_GATE_M:
+        return information
+    across = gate_m / GATE_SIGMAS
+    most = np.array([np.inf, np.inf, (LEVER_M / across) ** 2, *[across**-2] * 3])
+    return np.asarray(np.minimum(information, np.tile(most, len(information) // SIX)))
 
 
 def rotation_vector_from(pose: StationPose, reference: StationPose) -> NDArray[np.float64]:
@@ -77,30 +139,78 @@ def rotation_vector_from(pose: StationPose, reference: StationPose) -> NDArray[n
     )
 
 
-def _compare_all(
-    clouds: list[PlanarCloud], poses: list[StationPose], gate_m: float
-) -> dict[tuple[int, int], PairEquations]:
-    return {
-        (i, j): pair_equations(clouds[i], poses[i], clouds[j], poses[j], gate_m)
-        for i, j in permutations(range(len(clouds)), 2)
-    }
+def fixed_pose() -> StationPose:
+    """Pose of what lies in the site frame already."""
+    return StationPose("", np.eye(3), np.zeros(3))
+
+
+def _pose_at(poses: Sequence[StationPose], index: int) -> StationPose:
+    return fixed_pose() if index == STABLE else poses[index]
+
+
+def _match_all(
+    pool: ThreadPoolExecutor, network: Network, poses: Sequence[StationPose], gate_m: float
+) -> dict[Link, Matches]:
+    def one(link: Link) -> Matches:
+        i, j, layer = link
+        source, target = network.clouds[i].layers[layer], network.planes(j).layers[layer]
+        return match_pair(source, poses[i], target, _pose_at(poses, j), gate_m)
+
+    links = network.links
+    return dict(zip(links, pool.map(one, links), strict=True))
 
 
 def _assemble(
-    pairs: dict[tuple[int, int], PairEquations], n_stations: int
+    matches: dict[Link, Matches], poses: Sequence[StationPose]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    matrix, vector = np.zeros((SIX * n_stations, SIX * n_stations)), np.zeros(SIX * n_stations)
-    for (i, j), pair in pairs.items():
-        rows = np.r_[SIX * i : SIX * i + SIX, SIX * j : SIX * j + SIX]
-        matrix[np.ix_(rows, rows)] += pair.matrix
-        vector[rows] += pair.vector
+    size = SIX * len(poses)
+    matrix, vector = np.zeros((size, size)), np.zeros(size)
+    for (i, j, _), found in matches.items():
+        equations = pair_equations(found, _pose_at(poses, i), _pose_at(poses, j))
+        rows, kept = _rows(i, j)
+        matrix[np.ix_(rows, rows)] += equations.matrix[np.ix_(kept, kept)]
+        vector[rows] += equations.vector[kept]
     return matrix, vector
 
 
-def _prior_residuals(poses: list[StationPose], stated: list[StationPose]) -> NDArray[np.float64]:
+def _feigned(matches: dict[Link, Matches], poses: Sequence[StationPose]) -> NDArray[np.float64]:
+    matrix = np.zeros((SIX * len(poses),) * 2)
+    for (i, j, _), found in matches.items():
+        rows, kept = _rows(i, j)
+        feigned = feigned_information(found, _pose_at(poses, i), _pose_at(poses, j))
+        matrix[np.ix_(rows, rows)] += feigned[np.ix_(kept, kept)]
+    return matrix
+
+
+def _by_frame(matches: dict[Link, Matches], poses: Sequence[StationPose]) -> NDArray[np.float64]:
+    matrix = np.zeros((SIX * len(poses), SIX))
+    for (i, j, _), found in matches.items():
+        if j == STABLE:
+            equations = pair_equations(found, poses[i], fixed_pose())
+            matrix[SIX * i : SIX * i + SIX] += equations.matrix[:SIX, SIX:]
+    return matrix
+
+
+def _rows(i: int, j: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Where a pair's equations go, and which of its 12 parameters are adjusted."""
+    own = np.arange(SIX * i, SIX * i + SIX)
+    if j == STABLE:
+        return own, np.arange(SIX)
+    return np.r_[own, SIX * j : SIX * j + SIX], np.arange(2 * SIX)
+
+
+def _not_negative(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nearest information that knows nothing less than nothing, in units in which a radian is 100 m."""
+    scale = np.tile(np.r_[np.full(3, 100.0), np.ones(3)], len(information) // SIX)
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(kept * np.outer(scale, scale))
+
+
+def _stated_minus_present(poses: Sequence[StationPose], stated: Sequence[StatedPose]) -> NDArray[np.float64]:
     """Stated minus present parameters (6n,)."""
     parts = [
-        np.r_[-rotation_vector_from(pose, prior), prior.position_m - pose.position_m]
+        np.r_[-rotation_vector_from(pose, prior.pose), prior.pose.position_m - pose.position_m]
         for pose, prior in zip(poses, stated, strict=True)
     ]
     return np.concatenate(parts)

@@ -1,6 +1,7 @@
 """Register the stations of an epoch, or take a cloud that is registered already."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -8,39 +9,57 @@ from numpy.typing import NDArray
 
 from storage.errors import ShapeError
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
-from tasks.conventions import azimuth_deg
-from tasks.registration.adjustment import (
-    Adjusted,
-    adjust,
-    prior_information,
-    rotation_vector_from,
-    stated_pose,
-)
-from tasks.registration.observability import weakest_direction
-from tasks.registration.planar import planar_cloud
+from tasks.geometry.failure import FitFailure
+from tasks.registration.adjustment import Adjusted, Network
+from tasks.registration.diagnosis import MIN_OVERLAP, best_overlap, diagnose_stations, is_tied
+from tasks.registration.pair_report import diagnose_pairs
+from tasks.registration.planar import ScanPlanes, scan_planes
+from tasks.registration.shaft_factor import shaft_points
+from tasks.registration.stable import StableSurroundings, stable_planes
+from tasks.registration.start import Start, find_starts
+from tasks.registration.stated import stated_information, stated_pose
+from tasks.registration.statement_test import Settled, settle
 from tasks.registration.station import (
     InstrumentSigmas,
     PoseDiagnosis,
+    RefusedStation,
     Registration,
+    ShaftHint,
     StationPose,
     StationScan,
 )
 
-SUSPECT_SIGMAS: Final = 4.5
-"""A correction beyond this many of its own sigmas makes a station suspect: chance does so in one of 3,000 epochs of 8
-stations. Its sigma is that of Baarda's test, sqrt(stated - adjusted variance), because a held parameter hardly gives."""
-
-TESTABLE: Final = 0.01
-"""Share of the stated variance that the scans must take away before a correction can be tested."""
-
-MIN_OVERLAP: Final = 0.05
+LEAST_TO_LEAVE_OUT: Final = 3
+"""Of two stations nobody can say which one does not belong."""
 
 
-def register_stations(scans: Sequence[StationScan], sigmas: InstrumentSigmas) -> Registration:
+def register_stations(
+    scans: Sequence[StationScan],
+    sigmas: InstrumentSigmas,
+    hint: ShaftHint | None = None,
+    stable: StableSurroundings | None = None,
+) -> Registration | FitFailure:
     """Place the scans of an epoch by GNSS and heading, then adjust all poses jointly.
 
     The level of every scanner is kept at its stated sigma, so that the adjustment cannot eat a lean.
-    Epochs are never registered on the structure itself.
+    Epochs are never registered on the structure itself; ``stable`` holds the frame of the reference epoch by
+    surroundings that do not move. A station that cannot be placed is left out and named.
+
+    Parameters
+    ----------
+    scans : sequence of StationScan
+        Scans in the frames of their scanners, with the poses that the crew states.
+    sigmas : InstrumentSigmas
+        What the stated poses are worth.
+    hint : ShaftHint, optional
+        What is roughly known of the structure: headings and positions that are missing or wrong are found by it.
+    stable : StableSurroundings, optional
+        Surroundings of the reference epoch.
+
+    Returns
+    -------
+    Registration or FitFailure
+        The failure says why no station could be placed.
 
     Raises
     ------
@@ -49,17 +68,38 @@ def register_stations(scans: Sequence[StationScan], sigmas: InstrumentSigmas) ->
     """
     if not scans:
         raise ShapeError("register_stations needs at least one scan; got none")
-    clouds = [planar_cloud(scan.points_m) for scan in scans]
-    adjusted = adjust(clouds, list(scans), sigmas)
-    information = adjusted.data_information + adjusted.prior_information
-    covariance = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    diagnoses = tuple(_diagnose(i, scans, adjusted, covariance, sigmas) for i in range(len(scans)))
-    return Registration(adjusted.poses, covariance, diagnoses, adjusted.iterations)
+    planes = scan_planes([scan.points_m for scan in scans])
+    starts = find_starts(scans, planes, sigmas, hint)
+    placed = [
+        _Placed(*pair) for pair in zip(starts.stations, planes, strict=True) if pair[0].pose is not None
+    ]
+    refused = [
+        RefusedStation(start.scan.station, start.suspicion or "cannot be placed")
+        for start in starts.stations
+        if start.pose is None
+    ]
+    if not placed:
+        return FitFailure("; ".join(f"station {one.station}: {one.reason}" for one in refused))
+    epoch = _Epoch(sigmas, hint, starts.shaft_m, stable)
+    settled, placed, loose = _settle_without_loose(placed, epoch)
+    covariance = _covariance(settled.adjusted, stable)
+    stated = {scan.station: scan for scan in scans}
+    diagnoses = diagnose_stations(
+        settled, covariance, [one.start for one in placed], [stated[one.start.scan.station] for one in placed]
+    )
+    return Registration(
+        poses=settled.adjusted.poses,
+        covariance=covariance,
+        diagnoses=diagnoses,
+        iterations=settled.adjusted.iterations,
+        pairs=diagnose_pairs(settled.adjusted, hint),
+        refused=(*refused, *loose),
+    )
 
 
 def registered_cloud(station: str, sigmas: InstrumentSigmas) -> Registration:
     """Take a cloud that lies in the site frame already: the pose is exact but for the stated sigmas."""
-    covariance = np.diag(1.0 / prior_information(sigmas))
+    covariance = np.diag(1.0 / stated_information(sigmas))
     pose = StationPose(station, np.eye(3), np.zeros(3))
     diagnosis = PoseDiagnosis(
         station=station,
@@ -82,75 +122,66 @@ def registered_cloud(station: str, sigmas: InstrumentSigmas) -> Registration:
     return Registration((pose,), covariance, (diagnosis,), iterations=0)
 
 
-def _diagnose(
-    i: int,
-    scans: Sequence[StationScan],
-    adjusted: Adjusted,
-    covariance: NDArray[np.float64],
-    sigmas: InstrumentSigmas,
-) -> PoseDiagnosis:
-    pose, stated = adjusted.poses[i], stated_pose(scans[i])
-    turn = rotation_vector_from(pose, stated)
-    shift = pose.position_m - stated.position_m
-    block = slice(SIX * i, SIX * i + SIX)
-    sigma = np.sqrt(np.diag(covariance)[block])
-    overlap, rmse = _overlap(i, adjusted)
-    normalised = _normalised(np.r_[turn, shift], sigma**2, 1.0 / prior_information(sigmas))
-    reasons = _suspicions(normalised, overlap, adjusted.converged)
-    forward = pose.rotation @ np.array([0.0, 1.0, 0.0])
-    return PoseDiagnosis(
-        station=pose.station,
-        heading_rad=float(np.radians(azimuth_deg(forward[0], forward[1]))),
-        # a positive rotation about up turns counter-clockwise: the azimuth goes down
-        heading_correction_rad=-float(turn[2]),
-        level_east_rad=float(turn[0]),
-        level_north_rad=float(turn[1]),
-        overlap=overlap,
-        rmse_m=rmse,
-        sigma_heading_rad=float(sigma[2]),
-        sigma_level_rad=float(np.sqrt(np.mean(sigma[:2] ** 2))),
-        sigma_position_m=float(np.sqrt(np.mean(sigma[3:] ** 2))),
-        weakest_direction=weakest_direction(adjusted.data_information, adjusted.prior_information, i),
-        state="suspect" if reasons else "ok",
-        reason="; ".join(reasons) or None,
-        start="as stated",
-        correction_m=shift,
-        normalised=tuple(float(value) for value in normalised),
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    start: Start
+    planes: ScanPlanes
+
+
+@dataclass(frozen=True, slots=True)
+class _Epoch:
+    """What all stations of an epoch share."""
+
+    sigmas: InstrumentSigmas
+    hint: ShaftHint | None
+    shaft_m: NDArray[np.float64] | None
+    stable: StableSurroundings | None
+
+
+def _settle_without_loose(
+    placed: list[_Placed], epoch: _Epoch
+) -> tuple[Settled, list[_Placed], list[RefusedStation]]:
+    """Adjust; leave out the station that nothing ties to the others, and adjust again, while three or more are there."""
+    loose: list[RefusedStation] = []
+    while True:
+        settled = settle(_network(placed, epoch), [_pose(one.start) for one in placed])
+        untied = [i for i in range(len(placed)) if not is_tied(i, settled.adjusted)]
+        if len(placed) < LEAST_TO_LEAVE_OUT or not untied:
+            return settled, placed, loose
+        shares = [best_overlap(i, settled.adjusted) or 0.0 for i in untied]
+        worst = untied[int(np.argmin(shares))]
+        reason = (
+            f"{100 * min(shares):.0f} % of its planes match any other station, needed {100 * MIN_OVERLAP:.0f} %; "
+            "left out; check scan, heading_deg and position_m"
+        )
+        loose.append(RefusedStation(placed[worst].start.scan.station, reason))
+        placed = [one for k, one in enumerate(placed) if k != worst]
+
+
+def _network(placed: list[_Placed], epoch: _Epoch) -> Network:
+    planes = tuple(one.planes for one in placed)
+    poses = [_pose(one.start) for one in placed]
+    shaft = None
+    if epoch.hint is not None and epoch.shaft_m is not None:
+        shaft = shaft_points(planes, poses, epoch.hint, epoch.shaft_m)
+    return Network(
+        planes,
+        tuple(stated_pose(one.start.scan, _pose(one.start), epoch.sigmas) for one in placed),
+        None if epoch.stable is None else stable_planes(epoch.stable),
+        shaft,
     )
 
 
-def _overlap(i: int, adjusted: Adjusted) -> tuple[float | None, float | None]:
-    """Largest share of this station's planes that match one other station, and the robust rms of its pairs."""
-    mine = [pair for (source, _), pair in adjusted.pairs.items() if source == i and pair.n_queries]
-    if not mine:
-        return None, None
-    sigmas = [(pair.sigma_m, pair.n_matches) for pair in mine if pair.sigma_m is not None]
-    total = sum(n for _, n in sigmas)
-    rmse = float(np.sqrt(sum(s * s * n for s, n in sigmas) / total)) if total else None
-    return max(pair.n_matches / pair.n_queries for pair in mine), rmse
+def _pose(start: Start) -> StationPose:
+    if start.pose is None:
+        raise ShapeError(f"station {start.scan.station} has no pose to start from")
+    return start.pose
 
 
-def _normalised(
-    correction: NDArray[np.float64], adjusted: NDArray[np.float64], stated: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Corrections (6,) in units of their own sigma; 0 where the scans say too little to test one."""
-    taken = stated - adjusted
-    testable = taken > TESTABLE * stated
-    return np.asarray(np.where(testable, correction / np.sqrt(np.where(testable, taken, 1.0)), 0.0))
-
-
-def _suspicions(normalised: NDArray[np.float64], overlap: float | None, converged: bool) -> list[str]:
-    names = ("level east", "level north", "heading", "east", "north", "up")
-    reasons = [
-        f"{name} corrected by {abs(value):.1f} sigmas: check what the campaign file states"
-        for name, value in zip(names, normalised, strict=True)
-        if abs(value) > SUSPECT_SIGMAS
-    ]
-    if overlap is not None and overlap < MIN_OVERLAP:
-        reasons.append(
-            f"{100 * overlap:.0f} % of its planes match any other station, needed {100 * MIN_OVERLAP:.0f} %: "
-            "check heading_deg and position_m"
-        )
-    if not converged:
-        reasons.append("the joint adjustment of the epoch did not converge")
-    return reasons
+def _covariance(adjusted: Adjusted, stable: StableSurroundings | None) -> NDArray[np.float64]:
+    """Covariance (6n, 6n) of the poses; that of the frame that stable surroundings hold comes on top."""
+    own = np.linalg.inv(adjusted.data_information + adjusted.prior_information)
+    if stable is None:
+        return np.asarray(own)
+    by_frame = own @ adjusted.by_frame
+    return np.asarray(own + by_frame @ stable.covariance @ by_frame.T)

@@ -14,6 +14,7 @@ from tasks.settings.frame import Frame
 from tasks.settings.instrument import Instrument
 from tasks.settings.limits import Limits
 from tasks.settings.preprocessing import Preprocessing
+from tasks.settings.registration import Registration
 from tasks.settings.report import Report
 from tasks.settings.scan_paths import resolve_scan
 from tasks.settings.schemes import Scheme
@@ -42,6 +43,7 @@ class Campaign(Section):
     limits: Limits = Field(default=Limits(), description="how far from plumb the structure may be")
     report: Report = Field(default=Report(), description="which result counts")
     files: Files = Field(default=Files(), description="where scans may lie")
+    registration: Registration = Field(default=Registration(), description="what ties the epochs together")
     preprocessing: Preprocessing = Field(default=Preprocessing(), description="how the shaft is isolated")
     execution: Execution = Field(default=Execution(), description="what the machine may spend")
 

@@ -1,18 +1,23 @@
 """What must hold between the tables of a campaign file."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import hypot
 from pathlib import Path
 from typing import Final
 
 from storage.errors import InputError
 from tasks.settings.campaign import Campaign
-from tasks.settings.outline import EpochOutline, Named, Outline
+from tasks.settings.outline import EpochOutline, Named, NamedScan, Outline
 from tasks.settings.problems import Problem, nearest
 from tasks.settings.scan_paths import resolve_scan, same_file_key
 from tasks.settings.schemes import BUILT_IN, Scheme
 
 FARTHEST_M: Final = 10_000.0
 """No scanner sees a structure from farther away."""
+
+LEAST_GAP_M: Final = 2.0
+"""Between a stable box and the shaft: covers a lean of a degree over 100 m, and a rough base_xy_m."""
 
 MOST_SLICES: Final = 20_000
 
@@ -33,6 +38,9 @@ def problems_between_values(campaign: Campaign) -> Iterator[Problem]:
     yield from _report(campaign)
     yield from _slices(campaign)
     yield from _far_stations(campaign)
+    yield from _file_poses(campaign)
+    yield from _stable_names(campaign)
+    yield from _stable_regions(campaign)
 
 
 def _doubles(names: Sequence[Named], what: str) -> Iterator[Problem]:
@@ -47,18 +55,38 @@ def _doubles(names: Sequence[Named], what: str) -> Iterator[Problem]:
 
 
 def _scans(outline: Outline, folder: Path) -> Iterator[Problem]:
-    first: dict[str, Named] = {}
-    for scan in (scan for epoch in outline.epochs for scan in epoch.scans):
-        try:
-            path = resolve_scan(scan.text, folder, outline.roots)
-        except InputError as error:
-            yield Problem(scan.where, str(error), "move the file, or name its folder in [files] roots")
-            continue
-        earlier = first.setdefault(same_file_key(path), scan)
-        if earlier is not scan:
-            yield Problem(
-                scan.where, f"scan {scan.text!r} is already used by {earlier.where}", "name each scan once"
-            )
+    first: dict[str, _Use] = {}
+    for number, epoch in enumerate(outline.epochs):
+        for scan in epoch.scans:
+            try:
+                path = resolve_scan(scan.text, folder, outline.roots)
+            except InputError as error:
+                yield Problem(scan.where, str(error), "move the file, or name its folder in [files] roots")
+                continue
+            use = first.setdefault(same_file_key(path), _Use(number, {}))
+            yield from _used_before(use, number, scan)
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """The epoch that names a file, by its number, and the stations that do, by the scan of the file that they name."""
+
+    epoch: int
+    parts: dict[str | int | None, NamedScan]
+
+
+def _used_before(use: _Use, epoch: int, scan: NamedScan) -> Iterator[Problem]:
+    """Say that a file is named already, unless two stations of an epoch name different scans of it."""
+    shared = (scan.part, *use.parts)
+    if use.parts and (epoch != use.epoch or None in shared):
+        earlier = next(iter(use.parts.values()))
+        hint = "name each scan once" if epoch != use.epoch else "name each scan once, or say which with part"
+        yield Problem(scan.where, f"scan {scan.text!r} is already used by {earlier.where}", hint)
+    elif scan.part in use.parts:
+        earlier = use.parts[scan.part]
+        what = f"part {scan.part!r} of {scan.text!r} is already used by {earlier.where}"
+        yield Problem(scan.where, what, "name each part once")
+    use.parts.setdefault(scan.part, scan)
 
 
 def _references(epochs: Sequence[EpochOutline]) -> Iterator[Problem]:
@@ -133,6 +161,8 @@ def _slices_of(name: str, scheme: Scheme, shaft_z_m: tuple[float, float]) -> Ite
 def _far_stations(campaign: Campaign) -> Iterator[Problem]:
     for epoch in campaign.epochs:
         for station in epoch.stations:
+            if station.position_m is None:
+                continue
             away_m = max(abs(value) for value in campaign.frame.site_position_m(station.position_m))
             if away_m > FARTHEST_M:
                 yield Problem(
@@ -140,3 +170,46 @@ def _far_stations(campaign: Campaign) -> Iterator[Problem]:
                     f"lies {away_m:.0f} m from the origin; no scanner sees that far",
                     "write frame.origin_m near the structure, in the order of frame.axes",
                 )
+
+
+def _file_poses(campaign: Campaign) -> Iterator[Problem]:
+    """List poses of files in a frame that no pose can state: a rotation has right-handed axes, and NEU has not."""
+    if not campaign.frame.swaps_axes:
+        return
+    for epoch in campaign.epochs:
+        for station in epoch.stations:
+            if station.pose == "file":
+                yield Problem(
+                    f"epochs[{epoch.id}].stations[{station.id}].pose",
+                    'a scan file states poses with x east, y north; frame.axes is "NEU"',
+                    'write position_m and heading_deg instead, or the whole campaign with axes = "ENU"',
+                )
+
+
+def _stable_names(campaign: Campaign) -> Iterator[Problem]:
+    named = [
+        Named(f"registration.stable[#{number}].name", region.name)
+        for number, region in enumerate(campaign.registration.stable, start=1)
+    ]
+    yield from _doubles(named, "name of a box")
+
+
+def _stable_regions(campaign: Campaign) -> Iterator[Problem]:
+    """List boxes that hold a part of the structure, or nearly: it must not be what holds it still."""
+    structure, frame = campaign.structure, campaign.frame
+    for number, region in enumerate(campaign.registration.stable, start=1):
+        low, high = (
+            (x - frame.origin_m[0], y - frame.origin_m[1]) for x, y, _ in (region.low_m, region.high_m)
+        )
+        apart = [
+            max(near - base, base - far, 0.0)
+            for near, far, base in zip(low, high, structure.base_xy_m, strict=True)
+        ]
+        gap_m = hypot(*apart) - max(structure.radius_m)
+        if gap_m < LEAST_GAP_M:
+            yield Problem(
+                f"registration.stable[#{number}]",
+                f"box {region.name!r} comes within {LEAST_GAP_M:g} m of the shaft (base_xy_m, largest radius, any"
+                " height); epochs are never registered on the structure itself",
+                "keep to surroundings that stand apart from it",
+            )

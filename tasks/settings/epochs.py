@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, AwareDatetime, Field, model_validator
+from pydantic import AfterValidator, AwareDatetime, BeforeValidator, Field, model_validator
 
 from tasks.settings.section import SafeId, Section, Triple, problem
 
@@ -20,22 +20,58 @@ def _plausible(time: AwareDatetime) -> AwareDatetime:
     return time
 
 
+def _number_or_name(part: object) -> object:
+    is_number = isinstance(part, int) and not isinstance(part, bool) and part >= 1
+    if part is not None and not is_number and not (isinstance(part, str) and part.strip()):
+        raise problem(f"needs the number of a scan, from 1, or its name, got {part!r}", 'write 2, or "NAME"')
+    return part
+
+
+Part = Annotated[
+    Annotated[int, Field(ge=1)] | Annotated[str, Field(min_length=1, max_length=1000)] | None,
+    BeforeValidator(_number_or_name),
+]
+"""Which scan of a file: its number from 1, or its name."""
+
+
 class Station(Section):
     """A set-up of the scanner in an epoch."""
 
     id: SafeId = Field(description="name of the station; unique in its epoch")
     scan: ScanPath = Field(description="file of the scan, relative to the campaign file")
-    position_m: Triple = Field(description="scanner's centre in the order of frame.axes, before origin_m [m]")
-    heading_deg: float = Field(
-        ge=-360.0,
-        le=360.0,
-        description="azimuth of the scanner's own +y axis, clockwise from grid north [deg]",
+    part: Part = Field(
+        default=None,
+        description="which scan of a file that holds several (E57, PTX): its number from 1, or its name",
+    )
+    pose: Literal["campaign", "file"] = Field(
+        default="campaign",
+        description="where position, heading and levelling are stated: by position_m and heading_deg, the scanner"
+        " levelled; or by the scan file (E57, PTX), in the frame",
+    )
+    position_m: Triple | None = Field(
+        default=None,
+        description="scanner's centre in the order of frame.axes, before origin_m [m]; where it is missing, it is"
+        " found from the shaft and the other stations",
+    )
+    heading_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = Field(
+        default=None,
+        description="azimuth of the scanner's own +y axis, clockwise from grid north [deg]; where it is missing, it"
+        " is found from the shaft and the other stations",
     )
     coordinates: Literal["cartesian", "polar"] = Field(
         default="cartesian",
         description="what the scan holds: x, y, z in the scanner's frame [m], or polar columns S [m],"
         " alpha, omega [deg] of eq. 1",
     )
+
+    @model_validator(mode="after")
+    def _one_pose(self) -> Self:
+        if self.pose == "file" and (self.position_m is not None or self.heading_deg is not None):
+            raise problem(
+                'pose = "file" takes position and heading from the scan file, and they are stated here, too',
+                "drop position_m and heading_deg, or drop pose",
+            )
+        return self
 
 
 class Reference(Section):

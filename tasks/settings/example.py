@@ -63,6 +63,10 @@ id = "2025-03"
 time = 2025-03-14T06:00:00+08:00      # with its offset from UTC
 reference = true                      # changes are counted from this epoch
 {stations}
+# position_m and heading_deg may be left out where they are not known: they are then found from the shaft and the
+# other stations. Of a file that holds several scans (E57, PTX), part = 2 or part = "NAME" says which one. In place
+# of position_m and heading_deg, pose = "file" takes the position, heading and levelling that such a file states.
+
 # The next time of measuring. Instead of stations, one cloud that is in the frame already:
 # [[epochs]]
 # id = "2026-03"
@@ -79,6 +83,10 @@ reference = true                      # changes are counted from this epoch
 # A slicing scheme of your own beside A to F and S:
 # [schemes.G]
 # interval_m = {interval}                      # or heights_m = [{low}, {height}]
+
+# Surroundings that do not move, away from the structure; they tie later epochs to the reference beside GNSS:
+# [registration]
+# stable = [{{ name = "hall", low_m = [{hall}, -10.0, -1.0], high_m = [{hall_end}, 10.0, 8.0] }}]
 
 # How far from plumb it may be; without limits the verdict is "no limit":
 # [limits]
@@ -130,6 +138,8 @@ def example_campaign(kind: str) -> str:
         side=" (half the side)" if kind == "square-tower" else "",
         stations="".join(_station(number, size.distance_m) for number in range(len(AZIMUTH_SIGNS))),
         interval=round(size.height_m / 40.0, 2),
+        hall=round(1.2 * size.distance_m, 1),
+        hall_end=round(1.2 * size.distance_m + 20.0, 1),
         table="bre-digest-475",
         limit=round(size.height_m / 1000.0, 3),
         half_limit=round(size.height_m / 2000.0, 4),

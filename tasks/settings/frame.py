@@ -32,9 +32,9 @@ class Frame(Section):
     """What x, y, z of the campaign mean.
 
     ``axes`` and ``origin_m`` apply to everything that is written in the frame of the site: ``position_m`` of
-    stations, ``base_xy_m`` (axes only) and the points of ``registered`` clouds. They do not apply to scans of
-    stations, whose points are in the scanner's own frame, nor to keys that name their direction themselves
-    (``lean_east``, ``heading_deg``).
+    stations, positions that scan files state (pose = "file"), ``base_xy_m`` (axes only), the boxes of stable
+    surroundings and the points of ``registered`` clouds. They do not apply to scans of stations, whose points are in
+    the scanner's own frame, nor to keys that name their direction themselves (``lean_east``, ``heading_deg``).
     """
 
     axes: Literal["ENU", "NEU"] = Field(

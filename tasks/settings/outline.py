@@ -15,6 +15,15 @@ class Named:
 
 
 @dataclass(frozen=True, slots=True)
+class NamedScan:
+    """A scan file of an epoch, which scan of it where that is said, and the place where it stands."""
+
+    where: str
+    text: str
+    part: str | int | None
+
+
+@dataclass(frozen=True, slots=True)
 class EpochOutline:
     """Names and scans of one epoch."""
 
@@ -22,7 +31,7 @@ class EpochOutline:
     is_reference: bool
     stations: tuple[Named, ...]
     sources: tuple[Named, ...]
-    scans: tuple[Named, ...]
+    scans: tuple[NamedScan, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +69,7 @@ def _epoch(raw: Mapping[str, object], location: Location, epoch: Mapping[str, ob
         is_reference=epoch.get("reference") is True,
         stations=tuple(_texts(raw, stations, "id")),
         sources=tuple(_texts(raw, list(_tables(raw, (*location, "references"))), "source")),
-        scans=(*_texts(raw, stations, "scan"), *_texts(raw, [(location, epoch)], "registered")),
+        scans=(*_scans(raw, stations, "scan"), *_scans(raw, [(location, epoch)], "registered")),
     )
 
 
@@ -76,6 +85,13 @@ def _tables(raw: object, location: Location) -> Iterator[Table]:
     for number, item in enumerate(here):
         if isinstance(item, Mapping):
             yield (*location, number), item
+
+
+def _scans(raw: object, tables: Sequence[Table], key: str) -> Iterator[NamedScan]:
+    for location, table in tables:
+        for named in _texts(raw, [(location, table)], key):
+            part = table.get("part")
+            yield NamedScan(named.where, named.text, part if isinstance(part, str | int) else None)
 
 
 def _texts(raw: object, tables: Sequence[Table], key: str) -> Iterator[Named]:

@@ -30,6 +30,9 @@ BROKEN = sorted(
     for path in MALFORMED.rglob("*.*")
     if path.suffix not in {".md", ""} and path.name not in {*SOUND_BUT_STRANGE, "LICENSE"}
 )
+ONLY_ITS_POINTS_ARE_WRONG = {"read_error.e57"}
+"""Its header is sound; that all its points lie in the scanner is seen when they are read."""
+
 FUZZ = settings(
     max_examples=120,
     deadline=5000,  # milliseconds: a hang is a fault
@@ -43,6 +46,9 @@ FUZZ = settings(
 @pytest.mark.parametrize("ask", [read_scan, describe_scan])
 @pytest.mark.parametrize("path", BROKEN, ids=lambda path: path.name)
 def test_a_malformed_file_is_refused_within_seconds(path: Path, ask: Callable[[Path], object]) -> None:
+    if ask is describe_scan and path.name in ONLY_ITS_POINTS_ARE_WRONG:
+        assert describe_scan(path).n_points
+        return
     with pytest.raises(InputError, match=rf"{path.name}: needs .*, came .*"):
         ask(path)
 

@@ -31,6 +31,7 @@ def processed(tmp_path_factory: pytest.TempPathFactory, prefect_api: str) -> Pat
         "ingest ST01",
         "registration",
         "preprocessing",
+        "coverage",
         "slicing G/robust",
         "evaluation",
     }
@@ -115,7 +116,12 @@ def test_other_points_of_one_scan_recompute_all_that_rests_on_them(copied: Path)
 
 @pytest.mark.parametrize(
     ("stage", "name"),
-    [("preprocessing", "points"), ("registration", "registration"), ("evaluation", "tilt")],
+    [
+        ("preprocessing", "points"),
+        ("registration", "registration"),
+        ("coverage", "coverage"),
+        ("evaluation", "tilt"),
+    ],
 )
 def test_a_flipped_byte_in_a_stored_artifact_recomputes_that_artifact_only(
     copied: Path, stage: str, name: str

@@ -36,6 +36,45 @@ def test_state_without_findings_is_ok(capsys: pytest.CaptureFixture[str], stored
     assert lines[5:] == ["state: ok"]
 
 
+def test_an_unseen_side_is_told_with_the_place_of_one_more_station(
+    capsys: pytest.CaptureFixture[str], stored: Stored
+) -> None:
+    outlook = {
+        "coverage_deg": 213.0,
+        "stations_sigma_arcsec": 3.24,
+        "next_station_azimuth_deg": 90.0,
+        "next_station_sigma_arcsec": 2.0,
+    }
+    publish(stored, "e1", 0, PASS, **outlook)
+    called = call(capsys, "status", stored.file)
+    assert called.code == 0
+    expected = (
+        "coverage: 213° of the circumference; one more station at azimuth 90° would bring the sigma of the lean "
+        'from 3.2" to 2.0"'
+    )
+    assert called.out.splitlines()[-2] == expected
+    answer = call(capsys, "status", stored.file, "--json").answer
+    assert {name: answer[name] for name in outlook} == outlook
+
+
+@pytest.mark.parametrize(
+    ("covered_deg", "then_arcsec", "told"), [(355.0, 1.9, False), (355.0, 1.6, True), (290.0, 1.9, True)]
+)
+def test_coverage_is_told_only_where_a_station_would_be_worth_the_way(
+    capsys: pytest.CaptureFixture[str], stored: Stored, covered_deg: float, then_arcsec: float, told: bool
+) -> None:
+    sigmas = {"stations_sigma_arcsec": 2.0, "next_station_sigma_arcsec": then_arcsec}
+    publish(stored, "e1", 0, PASS, coverage_deg=covered_deg, next_station_azimuth_deg=40.0, **sigmas)
+    assert ("coverage: " in call(capsys, "status", stored.file).out) is told
+
+
+def test_coverage_of_a_registered_cloud_is_told_without_a_station(
+    capsys: pytest.CaptureFixture[str], stored: Stored
+) -> None:
+    publish(stored, "e1", 0, PASS, coverage_deg=180.0)
+    assert "coverage: 180° of the circumference\n" in call(capsys, "status", stored.file).out
+
+
 def test_deviation_above_its_limit_is_an_alarm(capsys: pytest.CaptureFixture[str], stored: Stored) -> None:
     publish(stored, "e1", 0, FAIL)
     called = call(capsys, "status", stored.file)

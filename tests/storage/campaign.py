@@ -10,7 +10,9 @@ from storage.publish import publish_epoch
 from storage.records import (
     AccuracyRow,
     AlarmRow,
+    CoverageRow,
     EpochRow,
+    PairRow,
     RemovalRow,
     SchemeRow,
     SliceRow,
@@ -153,6 +155,25 @@ def station_row(epoch: str, station: str = "ST01") -> StationRow:
     )
 
 
+def pair_row(epoch: str) -> PairRow:
+    return PairRow(STRUCTURE, epoch, "ST01", "ST02", 0.4, 1200, 0.006, 0.008, 0.006, None, None)
+
+
+def coverage_row(epoch: str, azimuth_deg: float, station: str | None = None) -> CoverageRow:
+    return CoverageRow(
+        structure=STRUCTURE,
+        epoch=epoch,
+        z_low_m=2.0,
+        z_high_m=7.0,
+        azimuth_low_deg=azimuth_deg,
+        azimuth_high_deg=azimuth_deg + 10.0,
+        n_points=0 if station is None else 300,
+        n_stations=0 if station is None else 1,
+        station=station,
+        off_surface_m=None if station is None else 0.001,
+    )
+
+
 def scheme_row(epoch: str) -> SchemeRow:
     return SchemeRow(
         STRUCTURE, epoch, "A", "paper", 1.0, 0.01, "kasa", "irls", N_SLICES, N_SLICES, "ok", None
@@ -192,7 +213,9 @@ def epoch_tables(
     return {
         "epochs": [epoch_row(epoch, number, **changed)],
         "stations": [station_row(epoch, "ST01"), station_row(epoch, "ST02")],
+        "pairs": [pair_row(epoch)],
         "removals": [RemovalRow(STRUCTURE, epoch, 0, "ground", 60_000)],
+        "coverage": [coverage_row(epoch, 0.0, "ST01"), coverage_row(epoch, 10.0)],
         "slices": [slice_row(epoch, index) for index in range(N_SLICES)],
         "tilt": [tilt_row(epoch, number, lean)],
         "schemes": [scheme_row(epoch)],

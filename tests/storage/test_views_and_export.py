@@ -38,7 +38,9 @@ def test_each_reading_function_gives_the_published_rows(filled: Workspace) -> No
     tables = epoch_tables("e1", 1, (0.0071, -0.0057))
     assert views.epoch_rows(filled, STRUCTURE)[1:2] == tables["epochs"]
     assert views.station_rows(filled, STRUCTURE, "e1") == tables["stations"]
+    assert views.pair_rows(filled, STRUCTURE, "e1") == tables["pairs"]
     assert views.removal_rows(filled, STRUCTURE, "e1") == tables["removals"]
+    assert views.coverage_rows(filled, STRUCTURE, "e1") == tables["coverage"]
     assert views.slice_rows(filled, STRUCTURE, "e1", "A", "paper") == tables["slices"]
     assert views.tilt_rows(filled, STRUCTURE, "e1") == tables["tilt"]
     assert views.scheme_rows(filled, STRUCTURE, "e1") == tables["schemes"]

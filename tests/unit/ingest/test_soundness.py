@@ -57,9 +57,8 @@ def test_rings_at_whole_heights_are_no_grid() -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("a.e57", r"needs one of .*\.laz.*, came \.e57, which comes with a later version; export LAZ"),
+        ("a.zip", r"needs one of .*\.laz.*, came \.zip, which is packed; unpack it first"),
         ("a.FLS", r"came \.fls, which is a maker's raw format; export E57 or LAZ"),
-        ("a.parquet", r"came \.parquet, which is not read as a scan; export LAZ"),
         ("a.dwg", r"came \.dwg, which is unknown"),
         ("a", r"came no suffix"),
     ],

@@ -1,0 +1,97 @@
+"""The first step of an epoch: every scan that the campaign names is read, or refused with a reason."""
+
+from typing import cast
+
+from flows.epoch_work import EpochResult, EpochWork, ReadScan
+from flows.stage_calls import Pending
+from storage.digests import file_sha256
+from storage.errors import StorageError
+from tasks.epoch_tables import ScanInput
+from tasks.exchange import plain
+from tasks.plan import PlannedScan, plan_scans
+from tasks.produced import Json, Produced
+from tasks.stages import ingest_scan
+from tasks.stated_pose import refuse_far_pose
+
+
+def read_scans(work: EpochWork, result: EpochResult) -> None:
+    """Read every scan of the epoch; one that is refused is named, and the others go on."""
+    asked = [_ask_for_scan(work, plan) for plan in plan_scans(work.campaign, work.epoch)]
+    first_with: dict[str, str] = {}
+    scans = [_finish_scan(work, plan, digest, pending, first_with) for plan, digest, pending in asked]
+    result.scans = tuple(scans)
+    for scan in scans:
+        if scan.input.refusal is not None:
+            result.refuse(f"station {scan.input.station}: {scan.input.refusal}")
+        result.notes += [f"station {scan.input.station}: {note}" for note in scan.input.notes]
+        result.notes += _seen_before(work, scan)
+
+
+def _seen_before(work: EpochWork, scan: ReadScan) -> list[str]:
+    """Tell of a scan that another epoch of this run has, too: copied, it would say that nothing moved."""
+    if scan.input.digest is None or scan.input.refusal is not None:
+        return []
+    here = f"station {scan.input.station} of epoch {work.epoch.id}"
+    first = work.calls.ledger.scans.setdefault(_which(scan.plan, scan.input.digest), here)
+    return (
+        []
+        if first == here
+        else [f"station {scan.input.station}: its scan is that of {first}; is it the right file"]
+    )
+
+
+def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str, Pending | None]:
+    """Ask for a scan by its digest; a file that cannot be read has none, and its reason stands instead."""
+    if not plan.path.is_file():
+        what = "is a folder; name the scan itself" if plan.path.is_dir() else "no such file; check the path"
+        return plan, f"{plan.path}: {what} in the campaign file", None
+    try:
+        digest = file_sha256(plan.path)
+    except StorageError as fault:
+        return plan, str(fault), None
+    pending = work.calls.submit(
+        ingest_scan,
+        f"ingest {plan.station}",
+        path=str(plan.path),
+        digest=digest,
+        suffix=plan.path.suffix.lower(),
+        request=plain(plan.request),
+    )
+    return plan, digest, pending
+
+
+def _finish_scan(
+    work: EpochWork, plan: PlannedScan, digest: str, pending: Pending | None, first_with: dict[str, str]
+) -> ReadScan:
+    if pending is None:
+        return ReadScan(plan, ScanInput(plan.station, None, None, digest), None)
+    produced = work.calls.finish(pending)
+    refusal = _why_refused(work, plan, produced) or _why_doubled(plan, digest, produced, first_with)
+    count = produced.facts.get("n_points")
+    n_points = count if isinstance(count, int) else None
+    notes = tuple(str(note) for note in cast("list[Json]", produced.facts.get("notes", [])))
+    return ReadScan(plan, ScanInput(plan.station, digest, n_points, refusal, notes), produced)
+
+
+def _why_refused(work: EpochWork, plan: PlannedScan, produced: Produced) -> str | None:
+    if produced.refusal is not None:
+        return f"{plan.path}: {produced.refusal.removeprefix(f'{plan.path}: ')}"
+    too_far = refuse_far_pose(work.campaign, plan, produced.facts)
+    return None if too_far is None else f"{plan.path}: {too_far}"
+
+
+def _why_doubled(
+    plan: PlannedScan, digest: str, produced: Produced, first_with: dict[str, str]
+) -> str | None:
+    """Say that another station has this scan: the same bytes, or another name for the same part of a file."""
+    points = produced.artifacts.get("points")
+    for what, key in (("bytes", _which(plan, digest)), ("points", "" if points is None else points.sha256)):
+        first = first_with.setdefault(key, plan.station) if key else plan.station
+        if first != plan.station:
+            return f"{plan.path}: holds the same {what} as the scan of station {first}; name the right file"
+    return None
+
+
+def _which(plan: PlannedScan, digest: str) -> str:
+    """Key of a scan: two stations may name different parts of one file."""
+    return digest if plan.request.part is None else f"{digest} part {plan.request.part!r}"

@@ -1,0 +1,38 @@
+"""The table [registration]: what beside GNSS ties the epochs together."""
+
+from typing import Annotated, Self
+
+from pydantic import Field, model_validator
+
+from tasks.settings.section import Section, Triple, problem
+
+
+class StableRegion(Section):
+    """A box of surroundings that do not move between epochs."""
+
+    name: str = Field(min_length=1, max_length=100, description="what stands in the box; for messages")
+    low_m: Triple = Field(
+        description="its least coordinates, in the order of frame.axes, before origin_m [m]",
+    )
+    high_m: Triple = Field(
+        description="its greatest coordinates, in the order of frame.axes, before origin_m [m]",
+    )
+
+    @model_validator(mode="after")
+    def _low_below_high(self) -> Self:
+        if any(low >= high for low, high in zip(self.low_m, self.high_m, strict=True)):
+            raise problem(
+                f"box {self.name!r} needs every number of low_m below that of high_m",
+                "write the least coordinates into low_m",
+            )
+        return self
+
+
+class Registration(Section):
+    """How epochs share the frame: by GNSS, and by surroundings that do not move where some are named."""
+
+    stable: Annotated[tuple[StableRegion, ...], Field(strict=False)] = Field(
+        default=(),
+        description="boxes of surroundings that do not move between epochs, none of them near the structure; their"
+        " walls and grounds, as the reference epoch saw them, hold the other epochs beside GNSS",
+    )
