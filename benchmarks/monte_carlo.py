@@ -20,7 +20,7 @@ from tasks.lean import Lean, StationShares, lean_of_sections
 from tasks.level_check import worst_suspect
 from tasks.methods import methods_of
 from tasks.preprocessing import ShaftOptions, StructurePrior
-from tasks.registration import InstrumentSigmas, Registration, StationScan, register_stations
+from tasks.registration import InstrumentSigmas, Registration, ShaftHint, StationScan, register_stations
 from tasks.sections import fit_sections
 from tasks.simulation import Scanner, SimulatedCampaignRequest, SimulatedStation, scan_epochs
 from tasks.slicing import SCHEMES
@@ -42,9 +42,8 @@ def main() -> None:
         request = SimulatedCampaignRequest(epochs=1, stations=asked.stations, points=asked.points, seed=seed)
         epoch, stations = next(iter(scan_epochs(request)))
         registration, shaft = measure(request, tuple(stations))
-        suspects += sum(d.state != "ok" for d in registration.diagnoses) + (
-            worst_suspect(shaft.levels) is not None
-        )
+        suspects += sum(d.state != "ok" for d in registration.diagnoses) + len(registration.refused)
+        suspects += worst_suspect(shaft.levels) is not None
         truth = np.array([epoch.truth.lean.east, epoch.truth.lean.north])
         for label, lean in leans(request, registration, shaft):
             found[label].append((truth, lean))
@@ -64,8 +63,12 @@ def measure(
         StationScan(s.setup.station, s.scan.points_m, s.setup.stated_position_m, s.setup.stated_heading_rad)
         for s in stations
     ]
-    registration = register_stations(scans, sigmas_of(request.scanner))
-    shaft = isolate_epoch([scan.points_m for scan in scans], registration, prior_of(request), ShaftOptions())
+    prior = prior_of(request)
+    hint = ShaftHint(prior.base_xy_m, prior.shaft_z_m, prior.radius_m)
+    registration = register_stations(scans, sigmas_of(request.scanner), hint)
+    if isinstance(registration, FitFailure):
+        raise SystemExit(f"seed {request.seed}: {registration.reason}")
+    shaft = isolate_epoch([scan.points_m for scan in scans], registration, prior, ShaftOptions())
     if isinstance(shaft, FitFailure):
         raise SystemExit(f"seed {request.seed}: {shaft.reason}")
     return registration, shaft

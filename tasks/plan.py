@@ -12,7 +12,7 @@ from tasks.evaluation import Occasion, ReferenceLean, Standard
 from tasks.ingest import ScanRequest
 from tasks.methods import Method, methods_of
 from tasks.preprocessing import ShaftOptions, StructurePrior
-from tasks.registration import InstrumentSigmas, ShaftHint, StableBox
+from tasks.registration import InstrumentSigmas, ShaftHint, StableBox, Ties
 from tasks.settings import Campaign, Epoch, Station
 from tasks.slicing import SCHEMES, SlicingScheme, user_scheme
 
@@ -143,7 +143,9 @@ def plan_prior(campaign: Campaign) -> StructurePrior:
 def plan_shaft_hint(campaign: Campaign) -> ShaftHint:
     """What registration may look for where a pose is not known, in the site frame."""
     structure = campaign.structure
-    return ShaftHint(_base_xy_m(campaign), structure.shaft_z_m, structure.radius_m)
+    is_tied = campaign.registration.common_shaft and structure.kind != "square-tower"
+    ties: Ties = "common shaft" if is_tied else "none"
+    return ShaftHint(_base_xy_m(campaign), structure.shaft_z_m, structure.radius_m, ties)
 
 
 def _base_xy_m(campaign: Campaign) -> tuple[float, float]:

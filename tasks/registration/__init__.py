@@ -14,6 +14,7 @@ from tasks.registration.station import (
     ShaftHint,
     StationPose,
     StationScan,
+    Ties,
 )
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "StableSurroundings",
     "StationPose",
     "StationScan",
+    "Ties",
     "register_pair",
     "register_stations",
     "registered_cloud",

@@ -1,7 +1,6 @@
 """One adjustment of all stations of an epoch: scans against each other, GNSS, heading and level held."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import permutations, product
 from typing import Final
@@ -11,15 +10,16 @@ from numpy.typing import NDArray
 
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.rotations import nearest_rotation, rotation_from_vector
+from tasks.geometry.side_by_side import side_by_side
 from tasks.registration.pairs import Matches, feigned_information, match_pair, pair_equations
-from tasks.registration.planar import THREADS, ScanPlanes
+from tasks.registration.planar import ScanPlanes
 from tasks.registration.shaft_factor import ShaftEquations, ShaftPoints, shaft_equations
 from tasks.registration.stated import StatedPose
 from tasks.registration.station import StationPose
 
 FIRST_GATE_M: Final = 1.2
 LAST_GATE_M: Final = 0.06
-GATE_SHRINKS: Final = 0.8
+GATE_SHRINKS: Final = 0.7
 GATE_SIGMAS: Final = 3.0
 """A gate is taken as so many standard deviations of what is still out of place."""
 
@@ -88,20 +88,19 @@ def adjust(network: Network, start: Sequence[StationPose], first_gate_m: float =
     """Gauss-Newton over all poses, with a gate that shrinks to 6 cm."""
     stated = np.concatenate([stated.information for stated in network.stated])
     poses, gate, iteration, converged = list(start), first_gate_m, 0, False
-    with ThreadPoolExecutor(THREADS) as pool:
-        while not converged and iteration < MAX_ITERATIONS:
-            iteration += 1
-            matches = _match_all(pool, network, poses, gate)
-            prior = np.diag(_eased(stated, gate))
-            data, right = _assemble(matches, poses)
-            shaft = _shaft(network, poses)
-            data, right = data + shaft.matrix, right + shaft.vector
-            right += prior @ _stated_minus_present(poses, network.stated)
-            step = np.asarray(np.linalg.solve(data + prior, right), dtype=np.float64)
-            poses = [_moved(pose, step[SIX * i : SIX * i + SIX]) for i, pose in enumerate(poses)]
-            sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
-            converged = gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS
-            gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
+    while not converged and iteration < MAX_ITERATIONS:
+        iteration += 1
+        matches = _match_all(network, poses, gate)
+        prior = np.diag(_eased(stated, gate))
+        data, right = _assemble(matches, poses)
+        shaft = _shaft(network, poses)
+        data, right = data + shaft.matrix, right + shaft.vector
+        right += prior @ _stated_minus_present(poses, network.stated)
+        step = np.asarray(np.linalg.solve(data + prior, right), dtype=np.float64)
+        poses = [_moved(pose, step[SIX * i : SIX * i + SIX]) for i, pose in enumerate(poses)]
+        sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
+        converged = gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS
+        gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
     known = data - _feigned(matches, poses)
     by_frame = _by_frame(matches, poses)
     return Adjusted(
@@ -148,16 +147,14 @@ def _pose_at(poses: Sequence[StationPose], index: int) -> StationPose:
     return fixed_pose() if index == STABLE else poses[index]
 
 
-def _match_all(
-    pool: ThreadPoolExecutor, network: Network, poses: Sequence[StationPose], gate_m: float
-) -> dict[Link, Matches]:
+def _match_all(network: Network, poses: Sequence[StationPose], gate_m: float) -> dict[Link, Matches]:
     def one(link: Link) -> Matches:
         i, j, layer = link
         source, target = network.clouds[i].layers[layer], network.planes(j).layers[layer]
         return match_pair(source, poses[i], target, _pose_at(poses, j), gate_m)
 
     links = network.links
-    return dict(zip(links, pool.map(one, links), strict=True))
+    return dict(zip(links, side_by_side(one, links), strict=True))
 
 
 def _assemble(

@@ -10,13 +10,13 @@ from tasks.geometry.robust import mad_sigma
 from tasks.registration.planar import PlanarCloud
 from tasks.registration.station import StationPose
 
-QUERIES: Final = 5000
+QUERIES: Final = 3000
 """Points of one scan that look for a partner in another; evenly taken, no chance."""
 
 NORMAL_COSINE: Final = float(np.cos(np.radians(25.0)))
 MIN_SIGMA_M: Final = 0.006
 MIN_MATCHES: Final = 30
-CORRELATION: Final = 45.0
+CORRELATION: Final = 24.0
 """Neighbouring residuals are not independent: their information is divided by this. Chosen so that simulated
 poses scatter about their truth as their covariance says (8, 3 and 2 stations)."""
 

@@ -162,7 +162,7 @@ def _network(placed: list[_Placed], epoch: _Epoch) -> Network:
     planes = tuple(one.planes for one in placed)
     poses = [_pose(one.start) for one in placed]
     shaft = None
-    if epoch.hint is not None and epoch.shaft_m is not None:
+    if epoch.hint is not None and epoch.shaft_m is not None and epoch.hint.ties == "common shaft":
         shaft = shaft_points(planes, poses, epoch.hint, epoch.shaft_m)
     return Network(
         planes,

@@ -28,6 +28,7 @@ DISTANCE_M: Final = 1.5
 RADIUS_SHARE: Final = 0.25
 """The rough radius may be wrong by that much; a wrong radius puts the axis nearer or farther."""
 
+LEAST_SIGHTINGS: Final = 2
 LEAST_FOR_CONSENSUS: Final = 3
 TOGETHER_M: Final = 3.0
 
@@ -48,7 +49,7 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Starts:
-    """The start of every station, and where most of them see the shaft at mid height (2,); None if nobody looked."""
+    """The start of every station, and where most of them see the shaft at mid height (2,); None if fewer than two do."""
 
     stations: tuple[Start, ...]
     shaft_m: NDArray[np.float64] | None
@@ -76,7 +77,8 @@ def find_starts(
         one.start if one.start is not None else _search(one, planes[i], neighbours, sights, i)
         for i, one in enumerate(checked)
     )
-    return Starts(starts, None if sights is None else sights.shaft_m)
+    n_sightings = 0 if sights is None else sum(sighting is not None for sighting in sights.sightings)
+    return Starts(starts, sights.shaft_m if sights is not None and n_sightings >= LEAST_SIGHTINGS else None)
 
 
 @dataclass(frozen=True, slots=True)

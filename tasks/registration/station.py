@@ -1,9 +1,12 @@
 """What registration takes and gives: scans with stated poses in, adjusted poses with covariance out."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+Ties = Literal["common shaft", "none"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +28,14 @@ class StationScan:
 class ShaftHint:
     """What is roughly known of the structure, in the site frame: a help for the start, never an observation.
 
-    ``shaft_z_m`` and ``radius_m`` are at its two ends, the lower first.
+    ``shaft_z_m`` and ``radius_m`` are at its two ends, the lower first. Where ``ties`` says "common shaft", the stations
+    are also tied by the one axis and the one radius at each height that all of them see; it must be round for that.
     """
 
     base_xy_m: tuple[float, float]
     shaft_z_m: tuple[float, float]
     radius_m: tuple[float, float]
+    ties: Ties = "common shaft"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""The table [registration]: what beside GNSS ties the epochs together."""
+"""The table [registration]: what beside GNSS ties stations and epochs together."""
 
 from typing import Annotated, Self
 
@@ -29,8 +29,13 @@ class StableRegion(Section):
 
 
 class Registration(Section):
-    """How epochs share the frame: by GNSS, and by surroundings that do not move where some are named."""
+    """How stations are tied to each other, and epochs to the reference epoch."""
 
+    common_shaft: bool = Field(
+        default=True,
+        description="tie the stations of an epoch also by the one axis and radius profile that all of them see;"
+        " for round structures; weighed lightly, and the level of every scanner is held all the same",
+    )
     stable: Annotated[tuple[StableRegion, ...], Field(strict=False)] = Field(
         default=(),
         description="boxes of surroundings that do not move between epochs, none of them near the structure; their"

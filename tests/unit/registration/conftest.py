@@ -1,19 +1,35 @@
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tasks.registration import InstrumentSigmas, Registration, StationScan, register_stations
+from tasks.geometry.failure import FitFailure
+from tasks.registration import Registration, ShaftHint, StationScan, register_stations
+from tasks.registration.planar import ScanPlanes, scan_planes
 from tasks.simulation import SimulatedCampaignRequest, SimulatedStation, scan_epochs
+from tests.unit.registration.courtyard import SIGMAS, Courtyard, draw_courtyard
 
-SIGMAS = InstrumentSigmas((0.015, 0.0225), float(np.radians(0.15)), float(np.radians(0.0008)))
+HINT = ShaftHint((0.0, 0.0), (2.0, 100.0), (4.6, 2.7))
+"""What a campaign file says of the simulated shaft."""
 
 
 @dataclass(frozen=True)
 class Site:
     stations: tuple[SimulatedStation, ...]
     scans: tuple[StationScan, ...]
+
+
+@dataclass(frozen=True)
+class SeenSite:
+    """A site with its planes, so that a start can be looked for without finding them again."""
+
+    stations: tuple[SimulatedStation, ...]
+    scans: tuple[StationScan, ...]
+    planes: tuple[ScanPlanes, ...]
+
+    def with_scan(self, i: int, scan: StationScan) -> list[StationScan]:
+        return [scan if k == i else other for k, other in enumerate(self.scans)]
 
 
 def stated_scan(station: SimulatedStation) -> StationScan:
@@ -23,17 +39,38 @@ def stated_scan(station: SimulatedStation) -> StationScan:
     )
 
 
+def succeed(registration: Registration | FitFailure) -> Registration:
+    assert isinstance(registration, Registration), registration
+    return registration
+
+
+def simulated(request: SimulatedCampaignRequest) -> tuple[SimulatedStation, ...]:
+    _, stations = next(iter(scan_epochs(replace(request, epochs=1))))
+    return tuple(stations)
+
+
 @pytest.fixture(scope="session")
 def site() -> Site:
-    request = SimulatedCampaignRequest(epochs=1, stations=5, points=40_000, seed=3)
-    _, stations = next(iter(scan_epochs(request)))
-    seen = tuple(stations)
+    seen = simulated(SimulatedCampaignRequest(stations=5, points=40_000, seed=3))
     return Site(seen, tuple(stated_scan(station) for station in seen))
 
 
 @pytest.fixture(scope="session")
 def registration(site: Site) -> Registration:
-    return register_stations(site.scans, SIGMAS)
+    return succeed(register_stations(site.scans, SIGMAS))
+
+
+@pytest.fixture(scope="session")
+def eight() -> SeenSite:
+    """Enough of them, and enough points, that a lost station can be placed by what stands around."""
+    seen = simulated(SimulatedCampaignRequest(stations=8, points=60_000, seed=3))
+    scans = tuple(stated_scan(station) for station in seen)
+    return SeenSite(seen, scans, tuple(scan_planes([scan.points_m for scan in scans])))
+
+
+@pytest.fixture(scope="session")
+def yard() -> Courtyard:
+    return draw_courtyard(1)
 
 
 def bare_cylinder(rng: np.random.Generator, n: int = 40_000) -> NDArray[np.float64]:

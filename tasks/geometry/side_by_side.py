@@ -1,0 +1,30 @@
+"""Do independent pieces of work side by side, with the same result as one after the other."""
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from typing import Final, TypeVar
+
+from threadpoolctl import threadpool_limits
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+THREADS: Final = 4
+
+
+def side_by_side(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
+    """Results of a function for all items, in their order."""
+    _one_blas_thread()
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(function, items))
+
+
+@cache
+def _one_blas_thread() -> None:
+    """Let BLAS work in the thread that calls it, from now on.
+
+    The matrices here are tall and narrow: threads of BLAS below threads of ours wait for each other, on a busy machine for
+    longer than they work; and the order of their sums, so the last bits of a result, would depend on the machine.
+    """
+    threadpool_limits(limits=1, user_api="blas")
