@@ -30,6 +30,10 @@ STEP_SIGMAS: Final = 0.02
 """Converged when no parameter moves by more than this share of its own standard deviation."""
 
 MAX_ITERATIONS: Final = 40
+FEIGNED_MARGIN: Final = 2.0
+"""On round shafts noise feigns up to 1.5 times the information that is expected of it, because neighbouring normals share
+their points; of what is truly known it feigns a thousandth."""
+
 STABLE: Final = -1
 """Stands as index for the stable surroundings, which do not move."""
 
@@ -101,7 +105,7 @@ def adjust(network: Network, start: Sequence[StationPose], first_gate_m: float =
         sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
         converged = gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS
         gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
-    known = data - _feigned(matches, poses)
+    known = data - FEIGNED_MARGIN * _feigned(matches, poses)
     by_frame = _by_frame(matches, poses)
     return Adjusted(
         tuple(poses), _not_negative(known), prior, by_frame, shaft.n_points, matches, iteration, converged

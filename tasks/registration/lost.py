@@ -14,7 +14,7 @@ from tasks.registration.sighting import Sighting
 from tasks.registration.station import ShaftHint, StationPose, StationScan
 from tasks.registration.surroundings import PoseOfHeading, draw_plan, ground_offset_m, likely_headings
 
-LEAST_PLANES: Final = 300
+LEAST_PLANES: Final = 150
 """Fewer planes in common with the other stations beside the structure do not say where a station stood."""
 
 CLEARLY: Final = 1.5

@@ -12,6 +12,7 @@ from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.robust import mad_sigma
 from tasks.registration.adjustment import Adjusted, Pair
 from tasks.registration.pairs import MIN_MATCHES, pair_equations
+from tasks.registration.stated import HELD_LOOSELY
 from tasks.registration.station import PairDiagnosis, ShaftHint
 
 BESIDE_SHAFT_M: Final = 2.0
@@ -38,7 +39,7 @@ def _diagnose(
     i, j = pair
     both = [adjusted.matches[i, j, layer] for layer in range(2)]
     residuals = np.concatenate([found.residuals_m for found in both])
-    on_shaft = _on_shaft(np.concatenate([found.points_m for found in both]), hint)
+    on_shaft = _on_shaft(np.concatenate([found.source.points_m for found in both]), hint)
     closure = closures.get((min(i, j), max(i, j)))
     return PairDiagnosis(
         station=adjusted.poses[i].station,
@@ -86,7 +87,7 @@ def _worst_closures(adjusted: Adjusted, hint: ShaftHint | None) -> dict[Pair, _C
 def _alone(pair: Pair, adjusted: Adjusted, at_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Motion (6,) of the first station against the second that the pair alone asks for: rotation, shift at a point.
 
-    What the pair cannot see stays where the joint adjustment has it, by the statements.
+    What the pair cannot see stays where the joint adjustment has it; statements weigh next to nothing.
     """
     i, j = pair
     poses = adjusted.poses
@@ -102,7 +103,7 @@ def _alone(pair: Pair, adjusted: Adjusted, at_m: NDArray[np.float64]) -> NDArray
     if n_matches < 2 * MIN_MATCHES:
         return None
     rows = slice(SIX * i, SIX * i + SIX)
-    held = adjusted.prior_information[rows, rows]
+    held = HELD_LOOSELY * adjusted.prior_information[rows, rows]
     motion = np.linalg.solve(matrix + held, vector)
     motion[3:] += np.cross(motion[:3], at_m - poses[i].position_m)
     return np.asarray(motion)

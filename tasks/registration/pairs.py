@@ -15,19 +15,27 @@ QUERIES: Final = 3000
 
 NORMAL_COSINE: Final = float(np.cos(np.radians(25.0)))
 MIN_SIGMA_M: Final = 0.006
-MIN_MATCHES: Final = 30
+MIN_MATCHES: Final = 12
 CORRELATION: Final = 24.0
 """Neighbouring residuals are not independent: their information is divided by this. Chosen so that simulated
 poses scatter about their truth as their covariance says (8, 3 and 2 stations)."""
 
 
 @dataclass(frozen=True, slots=True)
-class Matches:
-    """Matched points (m, 3), normals (m, 3), tilts of the normals (m, 2, 3), residuals (m,): all in the site frame."""
+class PlacedPlanes:
+    """Points (m, 3), unit normals (m, 3) and tilts of the normals (m, 2, 3), all in the site frame."""
 
     points_m: NDArray[np.float64]
     normals: NDArray[np.float64]
     tilts: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Matches:
+    """Planes of the source and those of the target that they lie in, one for one, and their distances (m,)."""
+
+    source: PlacedPlanes
+    target: PlacedPlanes
     residuals_m: NDArray[np.float64]
     n_queries: int
 
@@ -55,9 +63,15 @@ def match_pair(
     target_pose: StationPose,
     gate_m: float,
 ) -> Matches:
-    """Find the planes of the target that points of the source lie in.
+    """Find the planes of the target that planes of the source lie in.
 
-    A residual is n . (p - q) in the site frame, p moving with the source, q and n with the target.
+    A residual is (n_p + n_q) / 2 . (p - q) in the site frame, p and its normal moving with the source, q and its normal
+    with the target. On a circle that is exactly zero wherever the partners lie on it, so that neither the bend of a shaft
+    between two partners nor a turn about its axis looks like a distance.
+
+    References
+    ----------
+    Rusinkiewicz 2019, A symmetric objective function for ICP, ACM Trans. Graph. 38.
     """
     step = max(1, len(source.points_m) // QUERIES)
     points = source_pose.to_site(source.points_m[::step])
@@ -69,13 +83,23 @@ def match_pair(
     near = np.flatnonzero(np.isfinite(distance))
     partner = index[near]
     planes = target.normals[partner] @ target_pose.rotation.T
-    alike = np.abs(np.einsum("ij,ij->i", planes, normals[near])) > NORMAL_COSINE
-    near, partner, planes = near[alike], partner[alike], planes[alike]
-    apart = points[near] - target_pose.to_site(target.points_m[partner])
-    residuals = np.einsum("ij,ij->i", planes, apart)
-    close = np.abs(residuals) <= gate_m
-    tilts = target.tilts[partner[close]] @ target_pose.rotation.T
-    return Matches(points[near[close]], planes[close], tilts, residuals[close], len(points))
+    cosine = np.einsum("ij,ij->i", planes, normals[near])
+    own = normals[near] * np.sign(cosine)[:, None]
+    residuals = 0.5 * np.einsum(
+        "ij,ij->i", planes + own, points[near] - target_pose.to_site(target.points_m[partner])
+    )
+    good = (np.abs(cosine) > NORMAL_COSINE) & (np.abs(residuals) <= gate_m)
+    near, partner = near[good], partner[good]
+    return Matches(
+        PlacedPlanes(points[near], own[good], source.tilts[::step][near] @ source_pose.rotation.T),
+        PlacedPlanes(
+            target_pose.to_site(target.points_m[partner]),
+            planes[good],
+            target.tilts[partner] @ target_pose.rotation.T,
+        ),
+        residuals[good],
+        len(points),
+    )
 
 
 def pair_equations(matches: Matches, source_pose: StationPose, target_pose: StationPose) -> PairEquations:
@@ -83,7 +107,7 @@ def pair_equations(matches: Matches, source_pose: StationPose, target_pose: Stat
     weight = match_weights(matches)
     if weight is None:
         return NO_EQUATIONS
-    jacobian = derivatives(matches.points_m, matches.normals, source_pose, target_pose)
+    jacobian = derivatives(matches, source_pose, target_pose)
     weighted = jacobian * weight[:, None]
     return PairEquations(weighted.T @ jacobian, -weighted.T @ matches.residuals_m)
 
@@ -99,9 +123,14 @@ def feigned_information(
     if weight is None:
         return np.zeros((12, 12))
     total = np.zeros((12, 12))
-    for tilt in (matches.tilts[:, 0], matches.tilts[:, 1]):
-        wrong = derivatives(matches.points_m, tilt, source_pose, target_pose)
-        total += (wrong * weight[:, None]).T @ wrong
+    still = np.zeros_like(matches.source.normals)
+    for k in range(2):
+        for tilts in (
+            (matches.source.tilts[:, k], still),
+            (still, matches.target.tilts[:, k]),
+        ):
+            wrong = _derivatives_of(matches, *tilts, source_pose, target_pose)
+            total += (wrong * weight[:, None]).T @ wrong
     return total
 
 
@@ -114,13 +143,21 @@ def match_weights(matches: Matches) -> NDArray[np.float64] | None:
     return np.asarray(robust / (sigma**2 * CORRELATION))
 
 
-def derivatives(
-    points_m: NDArray[np.float64],
-    normals: NDArray[np.float64],
+def derivatives(matches: Matches, source_pose: StationPose, target_pose: StationPose) -> NDArray[np.float64]:
+    """Derivatives (m, 12) of the residuals by the poses of source and target."""
+    return _derivatives_of(matches, matches.source.normals, matches.target.normals, source_pose, target_pose)
+
+
+def _derivatives_of(
+    matches: Matches,
+    source_normals: NDArray[np.float64],
+    target_normals: NDArray[np.float64],
     source_pose: StationPose,
     target_pose: StationPose,
 ) -> NDArray[np.float64]:
-    """Derivatives (m, 12) of n . (p - q) by the poses of source and target, for points (m, 3), normals (m, 3)."""
-    by_source = np.cross(points_m - source_pose.position_m, normals)
-    by_target = -np.cross(points_m - target_pose.position_m, normals)
-    return np.hstack([by_source, normals, by_target, -normals])
+    """Derivatives (m, 12) for given normals (m, 3), in which they are linear."""
+    p, q = matches.source.points_m, matches.target.points_m
+    middle, half_apart = 0.5 * (source_normals + target_normals), 0.5 * (p - q)
+    by_source = np.cross(p - source_pose.position_m, middle) + np.cross(source_normals, half_apart)
+    by_target = -np.cross(q - target_pose.position_m, middle) + np.cross(target_normals, half_apart)
+    return np.hstack([by_source, middle, by_target, -middle])

@@ -170,7 +170,8 @@ def _search(
         advice = "left out; check scan, position_m and heading_deg"
         return Start(scan, None, suspicion=f"{told}, and {pose.reason}; {advice}")
     if checked.fault is None:
-        what = "heading" if scan.position_m is not None else "position"
+        missing = [("position", scan.position_m), ("heading", scan.heading_rad)]
+        what = " and ".join(name for name, value in missing if value is None)
         return Start(scan, pose, f"{what} found by what stands around the structure: none is stated")
     off_m = float(np.linalg.norm(pose.position_m - np.asarray(scan.position_m)))
     fault = f"stated position is {off_m:.1f} m off and is not used; check position_m, heading_deg and scan"

@@ -19,6 +19,9 @@ Its sigma is that of Baarda's test, sqrt(stated - adjusted variance), because a 
 TESTABLE: Final = 0.01
 """Share of the stated variance that the scans must take away before a correction can be tested."""
 
+ONE_FOR_TWO: Final = 4.5 / 4.878
+"""4.5 sigmas of one component are as rare as 4.878 of the length of two."""
+
 AS_BAD: Final = 0.98
 """Two statements whose tests are nearer than this cannot be told apart: which one is wrong is then not known."""
 
@@ -66,12 +69,10 @@ def settle(network: Network, start: list[StationPose]) -> Settled:
     wrong: list[WrongStatement] = []
     while len({w.index for w in wrong}) < MOST_GIVEN_UP * len(network.clouds):
         found = _worst(network, adjusted, {(w.index, w.part) for w in wrong})
-        if found is None:
+        wrong += found
+        if len(found) != 1:
             break
-        wrong.append(found)
-        if not found.is_certain:
-            break
-        network = _without(network, found)
+        network = _without(network, found[0])
         adjusted = adjust(network, list(adjusted.poses), GATE_AGAIN_M)
     told = tuple(_told_anew(w, network, adjusted, stated_sigmas) for w in wrong)
     return Settled(network, adjusted, told)
@@ -98,23 +99,53 @@ def normalised_corrections(network: Network, adjusted: Adjusted) -> NDArray[np.f
     return np.asarray(corrections(adjusted, network.stated) / own_sigma.reshape(-1, SIX))
 
 
-def _worst(network: Network, adjusted: Adjusted, known: set[tuple[int, str]]) -> WrongStatement | None:
-    sizes = np.nan_to_num(np.abs(normalised_corrections(network, adjusted)))
+def part_sizes(network: Network, adjusted: Adjusted) -> dict[str, NDArray[np.float64]]:
+    """How far each part of every statement is off (n,), in units of its own sigma; zero where it cannot be tested.
+
+    A part of two components is tested as a vector, so that its size does not depend on the axes; it is scaled to be as
+    rare by chance as the same number of sigmas of one component.
+    """
+    covariance = np.linalg.inv(adjusted.data_information + adjusted.prior_information)
+    off = corrections(adjusted, network.stated)
+    sizes = {part: np.zeros(len(off)) for part in PARTS}
+    for i, stated in enumerate(network.stated):
+        own = covariance[SIX * i : SIX * i + SIX, SIX * i : SIX * i + SIX]
+        for part, parameters in PARTS.items():
+            rows = list(parameters)
+            if stated.is_stated[rows].all():
+                sigma = stated.information[rows] ** -0.5
+                taken = np.eye(len(rows)) - own[np.ix_(rows, rows)] / np.outer(sigma, sigma)
+                sizes[part][i] = _length(off[i, rows] / sigma, taken)
+    return sizes
+
+
+def _length(off: NDArray[np.float64], taken: NDArray[np.float64]) -> float:
+    """Length of a vector of corrections in units of stated sigmas, whose covariance is ``taken``."""
+    shares, directions = np.linalg.eigh(taken)
+    testable = shares > TESTABLE
+    squares = (directions.T @ off)[testable] ** 2 / shares[testable]
+    as_one = 1.0 if np.count_nonzero(testable) < 2 else ONE_FOR_TWO
+    return float(as_one * np.sqrt(squares.sum()))
+
+
+def _worst(network: Network, adjusted: Adjusted, known: set[tuple[int, str]]) -> list[WrongStatement]:
+    """The worst statement, with all that cannot be told apart from it; none if all are good."""
+    sizes = part_sizes(network, adjusted)
+    off = corrections(adjusted, network.stated)
     ranked = sorted(
         (
-            (float(sizes[i, list(parameters)].max()), i, part)
-            for i in range(len(sizes))
-            for part, parameters in PARTS.items()
+            (float(size), i, part)
+            for part, of_part in sizes.items()
+            for i, size in enumerate(of_part)
             if (i, part) not in known
         ),
         reverse=True,
     )
-    size, index, part = ranked[0]
+    size, _, part = ranked[0]
     if size <= SUSPECT_SIGMAS:
-        return None
-    rival = next((other for other, i, p in ranked[1:] if i != index and p == part), 0.0)
-    off = _in_words(corrections(adjusted, network.stated)[index], part)
-    return WrongStatement(index, part, size, off, is_certain=rival < AS_BAD * size)
+        return []
+    alike = [(s, i) for s, i, p in ranked if p == part and s >= AS_BAD * size]
+    return [WrongStatement(i, part, s, _in_words(off[i], part), is_certain=len(alike) == 1) for s, i in alike]
 
 
 def _told_anew(

@@ -20,7 +20,7 @@ PLACES = {
     "ST03": (4.0, (3.0, 11.0, 1.8)),
     "ST04": (5.0, (-4.0, 2.0, 1.5)),
 }
-CORNER = ShaftHint((HALF_M, HALF_M), (0.0, TALL_M), (6.0, 6.0))
+CORNER = ShaftHint((HALF_M, HALF_M), (-1.0, TALL_M + 1.0), (15.0, 15.0))
 """Not a shaft at all: a part of the walls that can be counted apart."""
 
 

@@ -64,9 +64,7 @@ def seen_from(azimuths_rad: tuple[float, ...], n: int) -> tuple[ShaftPoints, lis
 
 def moved(poses: list[StationPose], step: NDArray[np.float64]) -> list[StationPose]:
     return [
-        StationPose(
-            pose.station, rotation_from_vector(own[:3]) @ pose.rotation, pose.position_m + own[3:]
-        )
+        StationPose(pose.station, rotation_from_vector(own[:3]) @ pose.rotation, pose.position_m + own[3:])
         for pose, own in zip(poses, step.reshape(-1, 6), strict=True)
     ]
 

@@ -55,7 +55,9 @@ def test_without_a_hint_what_is_stated_is_believed(eight: SeenSite) -> None:
     assert placed(starts.stations[VICTIM]).rotation == pytest.approx(np.eye(3))
 
 
-@pytest.mark.parametrize(("off_deg", "told"), [(1.2, "1.[0-4]"), (-5.0, "[45].[0-9]"), (90.0, "(89|90).[0-9]")])
+@pytest.mark.parametrize(
+    ("off_deg", "told"), [(1.2, "1.[0-4]"), (-5.0, "[45].[0-9]"), (90.0, "(89|90).[0-9]")]
+)
 def test_a_wrong_heading_is_found_by_the_shaft_and_named(eight: SeenSite, off_deg: float, told: str) -> None:
     heading = eight.scans[VICTIM].heading_rad
     assert heading is not None
@@ -66,7 +68,9 @@ def test_a_wrong_heading_is_found_by_the_shaft_and_named(eight: SeenSite, off_de
     assert heading_error_deg(start, eight.stations[VICTIM]) < 0.1
     assert start.remark == "heading found by the direction of the structure: the stated one is wrong"
     assert start.scan.heading_rad is None
-    with pytest.raises(ValueError, match=rf"stated heading is {told} deg off and is not used; check heading_deg"):
+    with pytest.raises(
+        ValueError, match=rf"stated heading is {told} deg off and is not used; check heading_deg"
+    ):
         raise ValueError(start.suspicion)
     assert others_start_as_stated(starts, VICTIM)
 
@@ -81,7 +85,9 @@ def test_headings_that_nobody_stated_are_all_found_and_none_is_suspected(eight: 
 
 
 @pytest.mark.parametrize("heading_is_stated", [True, False])
-def test_a_station_without_position_is_placed_right_or_refused(eight: SeenSite, heading_is_stated: bool) -> None:
+def test_a_station_without_position_is_placed_right_or_refused(
+    eight: SeenSite, heading_is_stated: bool
+) -> None:
     heading = eight.scans[VICTIM].heading_rad if heading_is_stated else None
     lost = replace(eight.scans[VICTIM], position_m=None, heading_rad=heading)
     starts = started(eight.with_scan(VICTIM, lost), eight.planes)
@@ -90,7 +96,8 @@ def test_a_station_without_position_is_placed_right_or_refused(eight: SeenSite, 
         assert start.suspicion is not None
         assert "fits that of the others" in start.suspicion
     else:
-        assert start.remark == "position found by what stands around the structure: none is stated"
+        what = "position" if heading_is_stated else "position and heading"
+        assert start.remark == f"{what} found by what stands around the structure: none is stated"
         assert position_error_m(start, eight.stations[VICTIM]) < 0.1
         assert heading_error_deg(start, eight.stations[VICTIM]) < 0.05
     assert others_start_as_stated(starts, VICTIM)
@@ -99,7 +106,9 @@ def test_a_station_without_position_is_placed_right_or_refused(eight: SeenSite, 
 def test_two_swapped_stations_are_both_named_and_placed_where_they_stood(eight: SeenSite) -> None:
     exchange = {VICTIM: OTHER, OTHER: VICTIM}
     order = [exchange.get(i, i) for i in range(len(eight.scans))]
-    scans = [replace(scan, points_m=eight.scans[k].points_m) for scan, k in zip(eight.scans, order, strict=True)]
+    scans = [
+        replace(scan, points_m=eight.scans[k].points_m) for scan, k in zip(eight.scans, order, strict=True)
+    ]
     starts = started(scans, [eight.planes[k] for k in order])
     for i, other in exchange.items():
         start, truth = starts.stations[i], eight.stations[other]
@@ -135,7 +144,9 @@ def test_lost_stations_are_placed_where_points_are_dense_enough() -> None:
         start = started(lost, planes).stations[i]
         assert position_error_m(start, stations[i]) < 0.1
         assert heading_error_deg(start, stations[i]) < 0.05
-        assert start.remark == "position found by what stands around the structure: none is stated"
+        assert (
+            start.remark == "position and heading found by what stands around the structure: none is stated"
+        )
 
 
 def test_a_scan_of_another_site_is_refused_with_the_reason(eight: SeenSite) -> None:
@@ -147,7 +158,9 @@ def test_a_scan_of_another_site_is_refused_with_the_reason(eight: SeenSite) -> N
     start = starts.stations[VICTIM]
     assert start.pose is None
     assert start.suspicion is not None
-    assert "fits that of the others nowhere; left out; check scan, position_m and heading_deg" in start.suspicion
+    assert (
+        "fits that of the others nowhere; left out; check scan, position_m and heading_deg" in start.suspicion
+    )
     assert others_start_as_stated(starts, VICTIM)
 
 

