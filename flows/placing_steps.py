@@ -46,7 +46,9 @@ def isolate_shaft_of(work: EpochWork, result: EpochResult) -> None:
 def tell_suspects(work: EpochWork, result: EpochResult) -> None:
     """Tell of the stations that are used although something is wrong with them."""
     if result.registration is not None and result.registration.refusal is None:
-        for diagnosis in registration_of(work, result.registration).diagnoses:
+        registration = registration_of(work, result.registration)
+        result.reasons += list(registration.warnings)
+        for diagnosis in registration.diagnoses:
             if diagnosis.state != "ok":
                 result.reasons.append(f"station {diagnosis.station} is {diagnosis.state}: {diagnosis.reason}")
     result.reasons += [f"station {station} is suspect: {why}" for station, why in result.suspects.items()]

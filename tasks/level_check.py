@@ -19,6 +19,14 @@ LEAST_POINTS: Final = 500
 
 REWEIGHTINGS: Final = 4
 
+SECTOR_DEG: Final = 10.0
+BAND_M: Final = 5.0
+USUAL_SIGMAS: Final = 4.0
+LEAST_IN_PIECE: Final = 5
+LEAST_PIECES: Final = 30
+FORM_BLOCKS: Final = 10.0
+"""So many independent pieces of form a half shaft shows: out of round is smooth around and along it."""
+
 SUSPECT_CHI2: Final = 20.0
 """Chi-square of 2 degrees of freedom that chance reaches in one of 20,000 stations. Simulated stations within their
 stated level stayed below 6, one 20 seconds out reached 33, one 60 seconds out 295."""
@@ -29,7 +37,7 @@ class LevelCheck:
     """How much a station's half shaft leans against the common one, and how unlikely that is.
 
     ``lean_east`` and ``lean_north`` are dimensionless; ``chi2`` has 2 degrees of freedom and covers the noise of the
-    points and the stated level. All are None for a station with too few points on the shaft.
+    points, the form of the shaft and the stated level. All are None for a station with too few points on the shaft.
     """
 
     lean_east: float | None
@@ -91,16 +99,49 @@ def _check_one(points_m: NDArray[np.float64], model: ShaftModel, level_sigma_rad
     height = z - z.mean()
     # shift and lean of the half shaft against the common one, and what the radius is off
     design = np.column_stack([outward, outward * height[:, None], np.ones(len(z))])
-    solution, covariance = _robust_fit(design, residual)
-    lean = solution[2:4]
-    spread = covariance[2:4, 2:4] + level_sigma_rad**2 * np.eye(2)
+    fit = _robust_fit(design, residual)
+    lean = fit.solution[2:4]
+    away_m = residual - design @ fit.solution
+    form = _form_covariance(design, _form_sigma_m(away_m, np.arctan2(*outward.T), z, fit.sigma_m))
+    spread = (fit.covariance + form)[2:4, 2:4] + level_sigma_rad**2 * np.eye(2)
     return LevelCheck(float(lean[0]), float(lean[1]), float(lean @ np.linalg.solve(spread, lean)))
 
 
-def _robust_fit(
-    design: NDArray[np.float64], residual: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coefficients (p,) by Tukey's weights, and their covariance (p, p) from the scatter."""
+def _form_sigma_m(
+    away_m: NDArray[np.float64], azimuth_rad: NDArray[np.float64], z_m: NDArray[np.float64], noise_m: float
+) -> float:
+    """How far the shaft is out of the common form, from the scatter of the medians of its pieces; without their noise."""
+    sector = np.floor(np.degrees(azimuth_rad) / SECTOR_DEG).astype(np.int64)
+    band = np.floor((z_m - z_m.min()) / BAND_M).astype(np.int64)
+    _, piece, counts = np.unique(sector * 10_000 + band, return_inverse=True, return_counts=True)
+    usual = np.abs(away_m) < USUAL_SIGMAS * noise_m
+    sums = np.bincount(piece[usual], weights=away_m[usual], minlength=len(counts))
+    n = np.bincount(piece[usual], minlength=len(counts))
+    full = n >= LEAST_IN_PIECE
+    if np.count_nonzero(full) < LEAST_PIECES:
+        return noise_m
+    means = sums[full] / n[full]
+    own_noise = float(np.median(noise_m**2 / n[full]))
+    return float(np.sqrt(max((MAD_TO_SIGMA * np.median(np.abs(means))) ** 2 - own_noise, 0.0)))
+
+
+def _form_covariance(design: NDArray[np.float64], form_m: float) -> NDArray[np.float64]:
+    """Covariance (p, p) of the coefficients that the form of the shaft causes: it is seen in few independent pieces."""
+    mean_information = design.T @ design / len(design)
+    return np.asarray(np.linalg.inv(mean_information) * form_m**2 / FORM_BLOCKS)
+
+
+@dataclass(frozen=True, slots=True)
+class _RobustFit:
+    """Coefficients (p,), their covariance (p, p) from the scatter, and its scale."""
+
+    solution: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    sigma_m: float
+
+
+def _robust_fit(design: NDArray[np.float64], residual: NDArray[np.float64]) -> _RobustFit:
+    """Fit by Tukey's weights."""
     error = residual - np.median(residual)
     for _ in range(REWEIGHTINGS):
         sigma = max(float(MAD_TO_SIGMA * np.median(np.abs(error))), 1e-9)
@@ -108,4 +149,4 @@ def _robust_fit(
         normal = design.T @ (design * weight[:, None])
         solution = np.linalg.solve(normal, design.T @ (weight * residual))
         error = residual - design @ solution
-    return np.asarray(solution), np.asarray(np.linalg.inv(normal) * sigma**2)
+    return _RobustFit(np.asarray(solution), np.asarray(np.linalg.inv(normal) * sigma**2), sigma)

@@ -17,7 +17,6 @@ from tasks.registration.shaft_factor import ShaftEquations, ShaftPoints, shaft_e
 from tasks.registration.stated import StatedPose
 from tasks.registration.station import StationPose
 
-FIRST_GATE_M: Final = 1.2
 LAST_GATE_M: Final = 0.06
 GATE_SHRINKS: Final = 0.7
 GATE_SIGMAS: Final = 3.0
@@ -74,11 +73,15 @@ class Network:
 class Adjusted:
     """Poses, normal matrices (6n, 6n) of scans and of statements, and the last matches of every pair.
 
+    ``data_matrix`` (6n, 6n) and ``data_vector`` (6n,) are the equations of the scans at the poses; ``data_information`` is
+    that matrix without what noise feigns, ``prior_information`` that of the statements.
     ``by_frame`` (6n, 6) is the normal matrix between the poses and a motion of the stable surroundings;
     ``n_on_shaft`` (n,) counts the points of each station on the common shaft, zero where that is not used.
     """
 
     poses: tuple[StationPose, ...]
+    data_matrix: NDArray[np.float64]
+    data_vector: NDArray[np.float64]
     data_information: NDArray[np.float64]
     prior_information: NDArray[np.float64]
     by_frame: NDArray[np.float64]
@@ -88,27 +91,47 @@ class Adjusted:
     converged: bool
 
 
-def adjust(network: Network, start: Sequence[StationPose], first_gate_m: float = FIRST_GATE_M) -> Adjusted:
+@dataclass(frozen=True, slots=True)
+class Gates:
+    """How far a partner may lie along the normal at first, and how far statements are eased to the end; 0 is not at all."""
+
+    first_m: float
+    ease_to_m: float
+
+
+def adjust(network: Network, start: Sequence[StationPose], gates: Gates) -> Adjusted:
     """Gauss-Newton over all poses, with a gate that shrinks to 6 cm."""
     stated = np.concatenate([stated.information for stated in network.stated])
-    poses, gate, iteration, converged = list(start), first_gate_m, 0, False
+    poses, gate, iteration, converged = list(start), gates.first_m, 0, False
     while not converged and iteration < MAX_ITERATIONS:
         iteration += 1
         matches = _match_all(network, poses, gate)
-        prior = np.diag(_eased(stated, gate))
+        prior = np.diag(_eased(stated, gate, gates.ease_to_m))
         data, right = _assemble(matches, poses)
         shaft = _shaft(network, poses)
         data, right = data + shaft.matrix, right + shaft.vector
-        right += prior @ _stated_minus_present(poses, network.stated)
+        right = right + prior @ stated_minus_present(poses, network.stated)
         step = np.asarray(np.linalg.solve(data + prior, right), dtype=np.float64)
         poses = [_moved(pose, step[SIX * i : SIX * i + SIX]) for i, pose in enumerate(poses)]
         sigma = np.sqrt(np.diag(np.linalg.inv(data + prior)))
         converged = gate <= LAST_GATE_M and float(np.max(np.abs(step) / sigma)) < STEP_SIGMAS
         gate = max(gate * GATE_SHRINKS, LAST_GATE_M)
+    data, right = _assemble(matches, poses)
+    shaft = _shaft(network, poses)
+    data, right = data + shaft.matrix, right + shaft.vector
     known = data - FEIGNED_MARGIN * _feigned(matches, poses)
     by_frame = _by_frame(matches, poses)
     return Adjusted(
-        tuple(poses), _not_negative(known), prior, by_frame, shaft.n_points, matches, iteration, converged
+        tuple(poses),
+        data,
+        right,
+        _not_negative(known),
+        np.diag(stated),
+        by_frame,
+        shaft.n_points,
+        matches,
+        iteration,
+        converged,
     )
 
 
@@ -119,15 +142,15 @@ def _shaft(network: Network, poses: Sequence[StationPose]) -> ShaftEquations:
     return shaft_equations(network.shaft, poses)
 
 
-def _eased(information: NDArray[np.float64], gate_m: float) -> NDArray[np.float64]:
+def _eased(information: NDArray[np.float64], gate_m: float, ease_to_m: float) -> NDArray[np.float64]:
     """Statements (6n,) while the gate is wide: of where a scan stands and looks no more than the gate itself knows.
 
     A station that is stated half a metre off is so drawn to where it stood before the gate closes behind it. The level is
     held from the beginning: no scan may tell a scanner what is plumb.
     """
-    if gate_m <= LAST_GATE_M:
+    if gate_m <= LAST_GATE_M and ease_to_m <= 0.0:
         return information
-    across = gate_m / GATE_SIGMAS
+    across = max(gate_m, ease_to_m) / GATE_SIGMAS
     most = np.array([np.inf, np.inf, (LEVER_M / across) ** 2, *[across**-2] * 3])
     return np.asarray(np.minimum(information, np.tile(most, len(information) // SIX)))
 
@@ -208,7 +231,7 @@ def _not_negative(information: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(kept * np.outer(scale, scale))
 
 
-def _stated_minus_present(poses: Sequence[StationPose], stated: Sequence[StatedPose]) -> NDArray[np.float64]:
+def stated_minus_present(poses: Sequence[StationPose], stated: Sequence[StatedPose]) -> NDArray[np.float64]:
     """Stated minus present parameters (6n,)."""
     parts = [
         np.r_[-rotation_vector_from(pose, prior.pose), prior.pose.position_m - pose.position_m]

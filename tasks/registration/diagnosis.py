@@ -122,6 +122,11 @@ def _reasons(i: int, settled: Settled, start: Start, overlap: float | None) -> l
             f"{100 * overlap:.0f} % of its planes match any other station, needed {100 * MIN_OVERLAP:.0f} %: "
             "check heading_deg and position_m"
         )
+    if settled.is_contradictory:
+        reasons.append(
+            "what is stated of half the stations or more contradicts the scans, so nobody knows which are right: check "
+            "instrument.*_sigma, position_m and heading_deg"
+        )
     if not settled.adjusted.converged:
         reasons.append("the joint adjustment of the epoch did not converge")
     return reasons

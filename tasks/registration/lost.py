@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
 from tasks.registration.placement import Placement, settle_alone, without_structure
 from tasks.registration.planar import ScanPlanes
 from tasks.registration.sighting import Sighting
-from tasks.registration.station import ShaftHint, StationPose, StationScan
+from tasks.registration.sights import Sights
+from tasks.registration.station import StationPose, StationScan
 from tasks.registration.surroundings import PoseOfHeading, draw_plan, ground_offset_m, likely_headings
 
 LEAST_PLANES: Final = 150
@@ -23,15 +23,6 @@ CLEARLY: Final = 1.5
 SAME_PLACE_M: Final = 1.0
 STRUCTURE_M: Final = 1.0
 """So near to where the others see the structure must a placed station see it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sights:
-    """What every station sees of the shaft, and where that stands at mid height (2,) in the site frame."""
-
-    sightings: tuple[Sighting | None, ...]
-    shaft_m: NDArray[np.float64]
-    hint: ShaftHint
 
 
 @dataclass(frozen=True, slots=True)

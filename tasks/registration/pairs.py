@@ -73,9 +73,9 @@ def match_pair(
     ----------
     Rusinkiewicz 2019, A symmetric objective function for ICP, ACM Trans. Graph. 38.
     """
-    step = max(1, len(source.points_m) // QUERIES)
-    points = source_pose.to_site(source.points_m[::step])
-    normals = source.normals[::step] @ source_pose.rotation.T
+    asked = _evenly(len(source.points_m))
+    points = source_pose.to_site(source.points_m[asked])
+    normals = source.normals[asked] @ source_pose.rotation.T
     # searched in the target's own frame, so that its tree is built once; the gate holds along the normal, because
     # the nearest target point lies up to its spacing away within the same plane
     local = (points - target_pose.position_m) @ target_pose.rotation
@@ -91,7 +91,7 @@ def match_pair(
     good = (np.abs(cosine) > NORMAL_COSINE) & (np.abs(residuals) <= gate_m)
     near, partner = near[good], partner[good]
     return Matches(
-        PlacedPlanes(points[near], own[good], source.tilts[::step][near] @ source_pose.rotation.T),
+        PlacedPlanes(points[near], own[good], source.tilts[asked[near]] @ source_pose.rotation.T),
         PlacedPlanes(
             target_pose.to_site(target.points_m[partner]),
             planes[good],
@@ -100,6 +100,13 @@ def match_pair(
         residuals[good],
         len(points),
     )
+
+
+def _evenly(n: int) -> NDArray[np.int64]:
+    """Indices of the points that are asked: all, or so many, evenly taken."""
+    if n <= QUERIES:
+        return np.arange(n)
+    return np.linspace(0, n - 1, QUERIES).astype(np.int64)
 
 
 def pair_equations(matches: Matches, source_pose: StationPose, target_pose: StationPose) -> PairEquations:

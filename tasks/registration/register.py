@@ -16,7 +16,8 @@ from tasks.registration.pair_report import diagnose_pairs
 from tasks.registration.planar import ScanPlanes, scan_planes
 from tasks.registration.shaft_factor import shaft_points
 from tasks.registration.stable import StableSurroundings, stable_planes
-from tasks.registration.start import Start, find_starts
+from tasks.registration.stable_check import stable_warnings
+from tasks.registration.start import Start, find_starts, without_empty
 from tasks.registration.stated import stated_information, stated_pose
 from tasks.registration.statement_test import Settled, settle
 from tasks.registration.station import (
@@ -70,6 +71,8 @@ def register_stations(
         raise ShapeError("register_stations needs at least one scan; got none")
     planes = scan_planes([scan.points_m for scan in scans])
     starts = find_starts(scans, planes, sigmas, hint)
+    if len(scans) > 1:
+        starts = without_empty(starts, planes)
     placed = [
         _Placed(*pair) for pair in zip(starts.stations, planes, strict=True) if pair[0].pose is not None
     ]
@@ -80,7 +83,7 @@ def register_stations(
     ]
     if not placed:
         return FitFailure("; ".join(f"station {one.station}: {one.reason}" for one in refused))
-    epoch = _Epoch(sigmas, hint, starts.shaft_m, stable)
+    epoch = _Epoch(sigmas, starts.seen, stable)
     settled, placed, loose = _settle_without_loose(placed, epoch)
     covariance = _covariance(settled.adjusted, stable)
     stated = {scan.station: scan for scan in scans}
@@ -92,8 +95,9 @@ def register_stations(
         covariance=covariance,
         diagnoses=diagnoses,
         iterations=settled.adjusted.iterations,
-        pairs=diagnose_pairs(settled.adjusted, hint),
+        pairs=diagnose_pairs(settled.adjusted, starts.seen),
         refused=(*refused, *loose),
+        warnings=() if stable is None else tuple(stable_warnings(settled, stable)),
     )
 
 
@@ -133,8 +137,7 @@ class _Epoch:
     """What all stations of an epoch share."""
 
     sigmas: InstrumentSigmas
-    hint: ShaftHint | None
-    shaft_m: NDArray[np.float64] | None
+    seen: ShaftHint | None
     stable: StableSurroundings | None
 
 
@@ -162,8 +165,8 @@ def _network(placed: list[_Placed], epoch: _Epoch) -> Network:
     planes = tuple(one.planes for one in placed)
     poses = [_pose(one.start) for one in placed]
     shaft = None
-    if epoch.hint is not None and epoch.shaft_m is not None and epoch.hint.ties == "common shaft":
-        shaft = shaft_points(planes, poses, epoch.hint, epoch.shaft_m)
+    if epoch.seen is not None and epoch.seen.ties == "common shaft":
+        shaft = shaft_points(planes, poses, epoch.seen)
     return Network(
         planes,
         tuple(stated_pose(one.start.scan, _pose(one.start), epoch.sigmas) for one in placed),

@@ -36,11 +36,10 @@ RIDGE: Final = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class ShaftPoints:
-    """What every station sees of the shaft (m_i, 3), scanner frames; and where it is roughly, site frame."""
+    """What every station sees of the shaft (m_i, 3), scanner frames; and where it is at mid height, and how wide."""
 
     points_m: tuple[NDArray[np.float64], ...]
-    hint: ShaftHint
-    at_m: NDArray[np.float64]
+    seen: ShaftHint
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,10 +51,9 @@ class ShaftEquations:
     n_points: NDArray[np.int64]
 
 
-def shaft_points(
-    planes: Sequence[ScanPlanes], poses: Sequence[StationPose], hint: ShaftHint, at_m: NDArray[np.float64]
-) -> ShaftPoints:
-    """Choose the points around the shaft that stands at ``at_m`` (2,), as the stations are placed now."""
+def shaft_points(planes: Sequence[ScanPlanes], poses: Sequence[StationPose], seen: ShaftHint) -> ShaftPoints:
+    """Choose the points around the shaft, ``seen`` at mid height, as the stations are placed now."""
+    at_m, hint = np.asarray(seen.base_xy_m, dtype=np.float64), seen
     low, high = hint.shaft_z_m
     chosen = []
     for own, pose in zip(planes, poses, strict=True):
@@ -64,7 +62,7 @@ def shaft_points(
         near &= (placed[:, 2] > low) & (placed[:, 2] < high) & (np.abs(own.fine.normals[:, 2]) < UPRIGHT)
         points = own.fine.points_m[near]
         chosen.append(points[:: max(1, len(points) // MOST_POINTS)])
-    return ShaftPoints(tuple(chosen), hint, at_m)
+    return ShaftPoints(tuple(chosen), seen)
 
 
 def shaft_equations(shaft: ShaftPoints, poses: Sequence[StationPose]) -> ShaftEquations:
@@ -96,15 +94,15 @@ class _Fit:
 
 def _fit(points_m: NDArray[np.float64], station: NDArray[np.int64], n: int, shaft: ShaftPoints) -> _Fit:
     """Fit a bent axis and a radius at each height to the points of all stations, every station counting the same."""
-    low, high = shaft.hint.shaft_z_m
+    low, high = shaft.seen.shaft_z_m
     middle = (low + high) / 2.0
     height = (points_m[:, 2] - middle) / (high - low)
     powers = height[:, None] ** np.arange(3)
     knots = np.linspace(low, high, KNOTS)
     hats = _hats(points_m[:, 2], knots)
-    radii = np.interp(knots, shaft.hint.shaft_z_m, shaft.hint.radius_m)
+    radii = np.interp(knots, shaft.seen.shaft_z_m, shaft.seen.radius_m)
     axis = np.zeros((3, 2))
-    axis[0] = shaft.at_m
+    axis[0] = shaft.seen.base_xy_m
     sigma = BESIDE_M
     for _ in range(REFITS):
         away = points_m[:, :2] - powers @ axis

@@ -28,15 +28,22 @@ WORST_FIT: Final = 0.06
 """Largest robust scale of the residuals, as a share of the radius: a house corner does worse."""
 
 LEAST_INLIERS: Final = 0.5
+RADIUS_SHARE: Final = 0.3
+"""Standard deviation of a rough radius, as a share of it."""
+
 FACING: Final = 0.7
 """The points of a half shaft lie on average that share of the radius in front of its axis."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """Where a scan sees the shaft: its axis at mid height (2,), scanner frame, metres, and how many points say so."""
+    """Where a scan sees the shaft: its axis at mid height (2,), scanner frame, metres, and how many points say so.
+
+    ``radius_scale`` is how many times as wide it is as the hint says.
+    """
 
     centre_m: NDArray[np.float64]
+    radius_scale: float
     n_points: int
 
     @property
@@ -101,7 +108,7 @@ def _tall_places(tall_m: NDArray[np.float64], hint: ShaftHint) -> list[NDArray[n
 
 
 def _fit(tall_m: NDArray[np.float64], place_m: NDArray[np.float64], hint: ShaftHint) -> Sighting | None:
-    """Fit a leaning shaft of the hinted radius to what stands around a place."""
+    """Fit a leaning shaft of roughly the hinted radius to what stands around a place."""
     reach_m = max(hint.radius_m) + 2.0 * _cell_m(hint)
     near = tall_m[np.hypot(*(tall_m[:, :2] - place_m).T) < reach_m]
     if len(near) < LEAST_POINTS:
@@ -110,22 +117,24 @@ def _fit(tall_m: NDArray[np.float64], place_m: NDArray[np.float64], hint: ShaftH
     low, high = hint.shaft_z_m
     height = near[:, 2] - (low + high) / 2.0
     radius = np.interp(near[:, 2], hint.shaft_z_m, hint.radius_m)
-    # east, north, lean east, lean north
-    axis = np.r_[middle * (1.0 + FACING * radius.mean() / np.hypot(*middle)), 0.0, 0.0]
+    # east, north, lean east, lean north, and how many times the hinted radius
+    shaft = np.r_[middle * (1.0 + FACING * radius.mean() / np.hypot(*middle)), 0.0, 0.0, 1.0]
     sigma = reach_m
     for _ in range(REWEIGHTINGS):
-        away = near[:, :2] - axis[:2] - height[:, None] * axis[2:]
+        away = near[:, :2] - shaft[:2] - height[:, None] * shaft[2:4]
         distance = np.hypot(*away.T)
-        residual = distance - radius
+        residual = distance - shaft[4] * radius
         outward = away / distance[:, None]
         weight = tukey_weights(residual, sigma)
-        design = np.hstack([outward, outward * height[:, None]])
-        normal = design.T @ (design * weight[:, None]) + 1e-9 * np.eye(4)
-        axis = axis + np.linalg.solve(normal, design.T @ (weight * residual))
+        design = np.hstack([outward, outward * height[:, None], radius[:, None]])
+        held = np.array([1e-9, 1e-9, 1e-9, 1e-9, (sigma / RADIUS_SHARE) ** 2])
+        right = design.T @ (weight * residual) + held * np.array([0.0, 0.0, 0.0, 0.0, 1.0 - shaft[4]])
+        shaft = shaft + np.linalg.solve(design.T @ (design * weight[:, None]) + np.diag(held), right)
         sigma = max(mad_sigma(residual), 0.02)
     inliers = int(np.count_nonzero(np.abs(residual) < 4.0 * sigma))
     is_round = sigma < WORST_FIT * float(radius.mean()) and inliers > LEAST_INLIERS * len(near)
-    return Sighting(axis[:2], inliers) if is_round else None
+    is_as_wide = abs(shaft[4] - 1.0) < 2.0 * RADIUS_SHARE
+    return Sighting(shaft[:2], float(shaft[4]), inliers) if is_round and is_as_wide else None
 
 
 def _distinct(found: list[Sighting], apart_m: float) -> list[Sighting]:

@@ -10,13 +10,13 @@ from itertools import combinations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tasks.conventions import rotation_site_scanner
 from tasks.geometry.failure import FitFailure
-from tasks.registration.lost import Neighbours, Sights, place_lost
+from tasks.registration.lost import Neighbours, place_lost
 from tasks.registration.planar import ScanPlanes
 from tasks.registration.sighting import Sighting, sight_shaft, walls
+from tasks.registration.sights import Sights, locate_structure
 from tasks.registration.station import InstrumentSigmas, ShaftHint, StationPose, StationScan
 
 AS_STATED: Final = "as stated"
@@ -29,8 +29,10 @@ RADIUS_SHARE: Final = 0.25
 """The rough radius may be wrong by that much; a wrong radius puts the axis nearer or farther."""
 
 LEAST_SIGHTINGS: Final = 2
-LEAST_FOR_CONSENSUS: Final = 3
-TOGETHER_M: Final = 3.0
+LEAST_PLANES: Final = 50
+POSITION_SIGMAS: Final = 5.0
+BASE_M: Final = 10.0
+"""How far the rough base may be wrong: it is a prior only."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +51,13 @@ class Start:
 
 @dataclass(frozen=True, slots=True)
 class Starts:
-    """The start of every station, and where most of them see the shaft at mid height (2,); None if fewer than two do."""
+    """The start of every station, and the structure as they see it: where at mid height, and how wide.
+
+    None if fewer than two see it.
+    """
 
     stations: tuple[Start, ...]
-    shaft_m: NDArray[np.float64] | None
+    seen: ShaftHint | None
 
 
 def find_starts(
@@ -77,8 +82,26 @@ def find_starts(
         one.start if one.start is not None else _search(one, planes[i], neighbours, sights, i)
         for i, one in enumerate(checked)
     )
-    n_sightings = 0 if sights is None else sum(sighting is not None for sighting in sights.sightings)
-    return Starts(starts, sights.shaft_m if sights is not None and n_sightings >= LEAST_SIGHTINGS else None)
+    if sights is None or sum(sighting is not None for sighting in sights.sightings) < LEAST_SIGHTINGS:
+        return Starts(starts, None)
+    east, north = sights.shaft_m
+    return Starts(starts, replace(sights.hint, base_xy_m=(float(east), float(north))))
+
+
+def without_empty(starts: Starts, planes: Sequence[ScanPlanes]) -> Starts:
+    """Refuse scans without planes: nothing of them can be compared with another."""
+    stations = []
+    for start, own in zip(starts.stations, planes, strict=True):
+        n_planes = sum(len(layer.points_m) for layer in own.layers)
+        if n_planes < LEAST_PLANES:
+            why = (
+                f"its scan holds {n_planes} planes, needed {LEAST_PLANES}; left out; scan denser, or check whether the "
+                "file is in metres"
+            )
+            stations.append(Start(start.scan, None, suspicion=why))
+        else:
+            stations.append(start)
+    return Starts(tuple(stations), starts.seen)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,13 +118,18 @@ class _Checked:
 
 def _check(i: int, scan: StationScan, sights: Sights | None, sigmas: InstrumentSigmas) -> _Checked:
     sighting = None if sights is None else sights.sightings[i]
-    if sights is None or sighting is None:
+    is_whole = scan.position_m is not None and scan.heading_rad is not None
+    if sights is None or sighting is None or (is_whole and not sights.is_confirmed):
+        # the rough base alone contradicts nobody
         return _Checked(scan, _start_unseen(scan), None)
     if scan.position_m is None:
         return _Checked(scan, None, None)
     to_shaft = sights.shaft_m - scan.position_m[:2]
     wanted_m = float(np.hypot(*to_shaft))
-    if abs(sighting.distance_m - wanted_m) > DISTANCE_M + RADIUS_SHARE * max(sights.hint.radius_m):
+    unsure_m = POSITION_SIGMAS * sigmas.position_m[0]
+    base_m = 0.0 if sights.is_confirmed else BASE_M
+    allowed_m = DISTANCE_M + RADIUS_SHARE * max(sights.hint.radius_m) + unsure_m + base_m
+    if abs(sighting.distance_m - wanted_m) > allowed_m:
         fault = f"the structure is {sighting.distance_m:.1f} m away in its scan, {wanted_m:.1f} m from its stated position"
         return _Checked(scan, None, fault)
     heading = float(np.arctan2(*to_shaft)) - sighting.azimuth_rad
@@ -110,7 +138,7 @@ def _check(i: int, scan: StationScan, sights: Sights | None, sigmas: InstrumentS
         remark = "heading found by the direction of the structure: none is stated"
         return _Checked(scan, Start(scan, pose, remark), None)
     off = float((heading - scan.heading_rad + np.pi) % (2.0 * np.pi) - np.pi)
-    if abs(off) <= HEADING_SIGMAS * sigmas.heading_rad + SHAFT_M / wanted_m:
+    if abs(off) <= HEADING_SIGMAS * sigmas.heading_rad + (SHAFT_M + unsure_m) / wanted_m:
         return _Checked(scan, Start(scan, pose), None)
     fault = (
         f"stated heading is {abs(np.degrees(off)):.1f} deg off and is not used; check heading_deg and scan"
@@ -180,29 +208,20 @@ def _search(
 
 
 def _sight(scans: Sequence[StationScan], planes: Sequence[ScanPlanes], hint: ShaftHint) -> Sights:
-    base = np.asarray(hint.base_xy_m, dtype=np.float64)
     sightings = tuple(_sight_one(scan, own, hint) for scan, own in zip(scans, planes, strict=True))
-    seen = [
-        scan.position_m[:2] + rotation_site_scanner(scan.heading_rad)[:2, :2] @ sighting.centre_m
-        for scan, sighting in zip(scans, sightings, strict=True)
-        if sighting is not None and scan.position_m is not None and scan.heading_rad is not None
-    ]
-    return Sights(sightings, _consensus(seen, base), hint)
+    scales = [sighting.radius_scale for sighting in sightings if sighting is not None]
+    scale = float(np.median(scales)) if scales else 1.0
+    wide = replace(hint, radius_m=(scale * hint.radius_m[0], scale * hint.radius_m[1]))
+    return locate_structure(scans, sightings, wide)
 
 
 def _sight_one(scan: StationScan, planes: ScanPlanes, hint: ShaftHint) -> Sighting | None:
     """What looks most like the structure; if there are several, the one at the right distance."""
-    found = sight_shaft(walls(planes), hint)
-    if not found or scan.position_m is None:
+    if scan.position_m is None:
+        found = sight_shaft(walls(planes), hint)
         return found[0] if found else None
+    low, high = hint.shaft_z_m
+    up = float(scan.position_m[2])
+    found = sight_shaft(walls(planes), replace(hint, shaft_z_m=(low - up, high - up)))
     wanted_m = float(np.hypot(*(np.asarray(hint.base_xy_m) - scan.position_m[:2])))
-    return min(found, key=lambda one: abs(one.distance_m - wanted_m))
-
-
-def _consensus(seen_m: list[NDArray[np.float64]], base_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Where most stations see the shaft; the rough base where too few agree."""
-    if len(seen_m) < LEAST_FOR_CONSENSUS:
-        return base_m
-    middle = np.median(seen_m, axis=0)
-    together = sum(float(np.hypot(*(place - middle))) < TOGETHER_M for place in seen_m)
-    return np.asarray(middle if 2 * together > len(seen_m) else base_m)
+    return min(found, key=lambda one: abs(one.distance_m - wanted_m), default=None)

@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 
 from tasks.conventions import ARCSEC_RAD
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
-from tasks.registration.adjustment import Adjusted, Network, adjust, rotation_vector_from
+from tasks.registration.adjustment import (
+    Adjusted,
+    Gates,
+    Network,
+    adjust,
+    rotation_vector_from,
+    stated_minus_present,
+)
 from tasks.registration.stated import PARTS, StatedPose
 from tasks.registration.station import StationPose
 
@@ -22,9 +29,14 @@ TESTABLE: Final = 0.01
 ONE_FOR_TWO: Final = 4.5 / 4.878
 """4.5 sigmas of one component are as rare as 4.878 of the length of two."""
 
-AS_BAD: Final = 0.98
-"""Two statements whose tests are nearer than this cannot be told apart: which one is wrong is then not known."""
+CERTAIN: Final = 11.0
+"""A statement is blamed alone if that explains the scans better than blaming any other station by so much in chi-square;
+chance does so in one of a thousand cases."""
 
+FIRST_GATE_M: Final = 1.2
+MOST_GATE_M: Final = 10.0
+GNSS_SIGMAS: Final = 3.0
+CLOSE_GATE_M: Final = 0.12
 GATE_AGAIN_M: Final = 0.6
 MOST_GIVEN_UP: Final = 0.5
 """Share of the stations that may have a wrong statement; beyond it nobody knows which half is right."""
@@ -55,27 +67,40 @@ class WrongStatement:
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """An adjustment after wrong statements were given up."""
+    """An adjustment after wrong statements were given up.
+
+    ``is_contradictory`` where statements still contradict the scans, but too many were given up to know which are right.
+    """
 
     network: Network
     adjusted: Adjusted
     wrong: tuple[WrongStatement, ...]
+    is_contradictory: bool
 
 
 def settle(network: Network, start: list[StationPose]) -> Settled:
-    """Adjust, give up the worst of the wrong statements, and adjust again until none is left."""
+    """Adjust, give up the wrong statements, worst first, and adjust again with the rest.
+
+    The statements are tested while they are eased: held as they are stated, a wrong one would draw its station away from
+    what contradicts it before anybody looks.
+    """
     stated_sigmas = np.array([stated.information**-0.5 for stated in network.stated])
-    adjusted = adjust(network, start)
-    wrong: list[WrongStatement] = []
-    while len({w.index for w in wrong}) < MOST_GIVEN_UP * len(network.clouds):
-        found = _worst(network, adjusted, {(w.index, w.part) for w in wrong})
-        wrong += found
-        if len(found) != 1:
-            break
-        network = _without(network, found[0])
-        adjusted = adjust(network, list(adjusted.poses), GATE_AGAIN_M)
-    told = tuple(_told_anew(w, network, adjusted, stated_sigmas) for w in wrong)
-    return Settled(network, adjusted, told)
+    first = _first_gate_m(network, stated_sigmas)
+    eased = adjust(network, start, Gates(first, first))
+    found = _give_up_wrong(_Findings(network, ()), eased)
+    adjusted = adjust(found.network, list(eased.poses), Gates(CLOSE_GATE_M, 0.0))
+    again = _give_up_wrong(found, adjusted)
+    if again.network is not found.network:
+        adjusted = adjust(again.network, list(adjusted.poses), Gates(GATE_AGAIN_M, 0.0))
+    told = tuple(_told_anew(w, again.network, adjusted, stated_sigmas) for w in again.wrong)
+    return Settled(again.network, adjusted, told, again.is_contradictory)
+
+
+def _first_gate_m(network: Network, stated_sigmas: NDArray[np.float64]) -> float:
+    """Wide enough for positions as uncertain as they are stated."""
+    is_stated = np.array([stated.is_stated for stated in network.stated])
+    widest = float(np.max(stated_sigmas[:, 3:][is_stated[:, 3:]], initial=0.0))
+    return float(np.clip(GNSS_SIGMAS * widest, FIRST_GATE_M, MOST_GATE_M))
 
 
 def corrections(adjusted: Adjusted, stated: tuple[StatedPose, ...]) -> NDArray[np.float64]:
@@ -99,15 +124,80 @@ def normalised_corrections(network: Network, adjusted: Adjusted) -> NDArray[np.f
     return np.asarray(corrections(adjusted, network.stated) / own_sigma.reshape(-1, SIX))
 
 
-def part_sizes(network: Network, adjusted: Adjusted) -> dict[str, NDArray[np.float64]]:
-    """How far each part of every statement is off (n,), in units of its own sigma; zero where it cannot be tested.
+@dataclass(frozen=True, slots=True)
+class _Findings:
+    """The network with what is still believed, what was found wrong, and whether more is wrong than can be told."""
+
+    network: Network
+    wrong: tuple[WrongStatement, ...]
+    is_contradictory: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class _Contradiction:
+    """A part of a station's statement and how far it is off, in units of its own sigma."""
+
+    size: float
+    index: int
+    part: str
+
+
+def _give_up_wrong(found: _Findings, adjusted: Adjusted) -> _Findings:
+    """Give up statements that the scans contradict, the worst first, with the matches that are there."""
+    network, wrong = found.network, list(found.wrong)
+    while True:
+        off = _off_by_full_statements(network, adjusted)
+        known = {(w.index, w.part) for w in wrong}
+        ranked = [
+            one for one in _contradictions(network, adjusted, off) if (one.index, one.part) not in known
+        ]
+        if not ranked or ranked[0].size <= SUSPECT_SIGMAS:
+            return _Findings(network, tuple(wrong))
+        alike = _alike(ranked)
+        indices = {w.index for w in wrong} | {ranked[0].index}
+        if len(alike) == 1 and len(indices) > MOST_GIVEN_UP * len(network.clouds):
+            return _Findings(network, tuple(wrong), is_contradictory=True)
+        is_certain = len(alike) == 1
+        wrong += [
+            WrongStatement(one.index, one.part, one.size, _in_words(off[one.index], one.part), is_certain)
+            for one in alike
+        ]
+        if not is_certain:
+            return _Findings(network, tuple(wrong))
+        network = _without(network, wrong[-1])
+
+
+def _alike(ranked: list[_Contradiction]) -> list[_Contradiction]:
+    """The worst contradiction, and those of other stations that explain the scans nearly as well."""
+    worst = ranked[0]
+    rivals: dict[int, _Contradiction] = {}
+    for one in ranked[1:]:
+        if (
+            one.index != worst.index
+            and one.size > SUSPECT_SIGMAS / 2.0
+            and worst.size**2 - one.size**2 < CERTAIN
+        ):
+            rivals.setdefault(one.index, one)
+    return [worst, *rivals.values()]
+
+
+def _off_by_full_statements(network: Network, adjusted: Adjusted) -> NDArray[np.float64]:
+    """Adjusted minus stated parameters (n, 6) if the statements were held as stated; one linear step, the same matches."""
+    held = np.diag(np.concatenate([stated.information for stated in network.stated]))
+    right = adjusted.data_vector + held @ stated_minus_present(adjusted.poses, network.stated)
+    step = np.linalg.solve(adjusted.data_matrix + held, right)
+    return np.asarray(corrections(adjusted, network.stated) + step.reshape(-1, SIX))
+
+
+def _contradictions(network: Network, adjusted: Adjusted, off: NDArray[np.float64]) -> list[_Contradiction]:
+    """How far each part of every statement is off, the worst first; parts that cannot be tested are left out.
 
     A part of two components is tested as a vector, so that its size does not depend on the axes; it is scaled to be as
     rare by chance as the same number of sigmas of one component.
     """
-    covariance = np.linalg.inv(adjusted.data_information + adjusted.prior_information)
-    off = corrections(adjusted, network.stated)
-    sizes = {part: np.zeros(len(off)) for part in PARTS}
+    held = np.diag(np.concatenate([stated.information for stated in network.stated]))
+    covariance = np.linalg.inv(adjusted.data_information + held)
+    found = []
     for i, stated in enumerate(network.stated):
         own = covariance[SIX * i : SIX * i + SIX, SIX * i : SIX * i + SIX]
         for part, parameters in PARTS.items():
@@ -115,8 +205,8 @@ def part_sizes(network: Network, adjusted: Adjusted) -> dict[str, NDArray[np.flo
             if stated.is_stated[rows].all():
                 sigma = stated.information[rows] ** -0.5
                 taken = np.eye(len(rows)) - own[np.ix_(rows, rows)] / np.outer(sigma, sigma)
-                sizes[part][i] = _length(off[i, rows] / sigma, taken)
-    return sizes
+                found.append(_Contradiction(_length(off[i, rows] / sigma, taken), i, part))
+    return sorted(found, key=lambda one: -one.size)
 
 
 def _length(off: NDArray[np.float64], taken: NDArray[np.float64]) -> float:
@@ -126,26 +216,6 @@ def _length(off: NDArray[np.float64], taken: NDArray[np.float64]) -> float:
     squares = (directions.T @ off)[testable] ** 2 / shares[testable]
     as_one = 1.0 if np.count_nonzero(testable) < 2 else ONE_FOR_TWO
     return float(as_one * np.sqrt(squares.sum()))
-
-
-def _worst(network: Network, adjusted: Adjusted, known: set[tuple[int, str]]) -> list[WrongStatement]:
-    """The worst statement, with all that cannot be told apart from it; none if all are good."""
-    sizes = part_sizes(network, adjusted)
-    off = corrections(adjusted, network.stated)
-    ranked = sorted(
-        (
-            (float(size), i, part)
-            for part, of_part in sizes.items()
-            for i, size in enumerate(of_part)
-            if (i, part) not in known
-        ),
-        reverse=True,
-    )
-    size, _, part = ranked[0]
-    if size <= SUSPECT_SIGMAS:
-        return []
-    alike = [(s, i) for s, i, p in ranked if p == part and s >= AS_BAD * size]
-    return [WrongStatement(i, part, s, _in_words(off[i], part), is_certain=len(alike) == 1) for s, i in alike]
 
 
 def _told_anew(

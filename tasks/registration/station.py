@@ -125,7 +125,8 @@ class Registration:
 
     ``covariance`` is (6 n, 6 n) in the order of ``tasks.conventions``: the stations one after the
     other, each with rotations about east, north, up (rad), then shifts east, north, up (m).
-    Poses and diagnoses are of the stations that are used; ``refused`` names the others.
+    Poses and diagnoses are of the stations that are used; ``refused`` names the others. ``warnings`` are about the epoch as
+    a whole.
     """
 
     poses: tuple[StationPose, ...]
@@ -134,3 +135,4 @@ class Registration:
     iterations: int
     pairs: tuple[PairDiagnosis, ...] = ()
     refused: tuple[RefusedStation, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -126,7 +126,9 @@ def test_what_is_not_stated_is_not_tested(yard: Courtyard) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("off_m", [0.2, 0.3, 0.5])
-def test_a_wrong_height_is_named_or_said_to_be_untested_on_a_site_of_few_points(site: Site, off_m: float) -> None:
+def test_a_wrong_height_is_named_or_said_to_be_untested_on_a_site_of_few_points(
+    site: Site, off_m: float
+) -> None:
     position = site.scans[2].position_m
     assert position is not None
     scans = list(site.scans)
