@@ -33,6 +33,7 @@ CERTAIN: Final = 11.0
 """A statement is blamed alone if that explains the scans better than blaming any other station by so much in chi-square;
 chance does so in one of a thousand cases."""
 
+ADVICE: Final = {"level": "check its compensator and set it up again", "heading": "check heading_deg"}
 FIRST_GATE_M: Final = 1.2
 MOST_GATE_M: Final = 10.0
 GNSS_SIGMAS: Final = 3.0
@@ -56,12 +57,9 @@ class WrongStatement:
     def reason(self) -> str:
         """What to tell the crew."""
         what = f"stated {self.part} is {self.off} off ({self.sigmas:.0f} sigmas)"
+        advice = ADVICE.get(self.part, "check position_m")
         if not self.is_certain:
-            return f"{what}, or that of another station is: the scans cannot tell which; check position_m and heading_deg"
-        advice = {
-            "level": "check its compensator and set it up again",
-            "heading": "check heading_deg",
-        }.get(self.part, "check position_m")
+            return f"{what}, or that of another station is: the scans cannot tell which; {advice}"
         return f"{what} and is not used; {advice}"
 
 
@@ -135,11 +133,15 @@ class _Findings:
 
 @dataclass(frozen=True, slots=True)
 class _Contradiction:
-    """A part of a station's statement and how far it is off, in units of its own sigma."""
+    """A part of a station's statement and how far it is off, in units of its own sigma.
+
+    ``blunder`` (2,) or (1,) is the error of the statement that would explain it: a held parameter shows a part of it only.
+    """
 
     size: float
     index: int
     part: str
+    blunder: NDArray[np.float64]
 
 
 def _give_up_wrong(found: _Findings, adjusted: Adjusted) -> _Findings:
@@ -159,7 +161,7 @@ def _give_up_wrong(found: _Findings, adjusted: Adjusted) -> _Findings:
             return _Findings(network, tuple(wrong), is_contradictory=True)
         is_certain = len(alike) == 1
         wrong += [
-            WrongStatement(one.index, one.part, one.size, _in_words(off[one.index], one.part), is_certain)
+            WrongStatement(one.index, one.part, one.size, _in_words(one.blunder, one.part), is_certain)
             for one in alike
         ]
         if not is_certain:
@@ -205,7 +207,8 @@ def _contradictions(network: Network, adjusted: Adjusted, off: NDArray[np.float6
             if stated.is_stated[rows].all():
                 sigma = stated.information[rows] ** -0.5
                 taken = np.eye(len(rows)) - own[np.ix_(rows, rows)] / np.outer(sigma, sigma)
-                found.append(_Contradiction(_length(off[i, rows] / sigma, taken), i, part))
+                size, blunder = _length(off[i, rows] / sigma, taken), _blunder(off[i, rows] / sigma, taken)
+                found.append(_Contradiction(size, i, part, sigma * blunder))
     return sorted(found, key=lambda one: -one.size)
 
 
@@ -216,6 +219,13 @@ def _length(off: NDArray[np.float64], taken: NDArray[np.float64]) -> float:
     squares = (directions.T @ off)[testable] ** 2 / shares[testable]
     as_one = 1.0 if np.count_nonzero(testable) < 2 else ONE_FOR_TWO
     return float(as_one * np.sqrt(squares.sum()))
+
+
+def _blunder(off: NDArray[np.float64], taken: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Error of a statement, in stated sigmas, that explains the corrections of it; nothing in directions not tested."""
+    shares, directions = np.linalg.eigh(taken)
+    testable = shares > TESTABLE
+    return np.asarray(directions[:, testable] @ ((directions.T @ off)[testable] / shares[testable]))
 
 
 def _told_anew(
@@ -229,11 +239,11 @@ def _told_anew(
     variance = np.diag(np.linalg.inv(adjusted.data_information + adjusted.prior_information)).reshape(-1, SIX)
     sigma = np.sqrt(stated_sigmas[wrong.index] ** 2 + variance[wrong.index])
     sigmas = float(np.max(np.abs(correction / sigma)[parameters]))
-    return replace(wrong, sigmas=sigmas, off=_in_words(correction, wrong.part))
+    return replace(wrong, sigmas=sigmas, off=_in_words(correction[parameters], wrong.part))
 
 
 def _in_words(correction: NDArray[np.float64], part: str) -> str:
-    size = float(np.linalg.norm(correction[list(PARTS[part])]))
+    size = float(np.linalg.norm(correction))
     if part in {"position", "height"}:
         return f"{size:.2f} m"
     return (

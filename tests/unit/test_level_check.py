@@ -1,3 +1,5 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,25 +12,51 @@ MODEL = ShaftModel(0.0, 0.0, 0.007, -0.007, (2.0, 102.0), (4.6, 2.7), (0.0, 0.0)
 LEVEL_RAD = 2.9 * ARCSEC_RAD
 
 
+Form = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+
+
+def round_form(azimuth_rad: NDArray[np.float64], z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.zeros_like(z_m)
+
+
+def twisting_oval(azimuth_rad: NDArray[np.float64], z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """10 mm out of round, and turning by a quarter from foot to top: as like a lean as an oval can be."""
+    return np.asarray(0.01 * np.cos(2.0 * azimuth_rad - np.pi * z_m / 100.0))
+
+
+def smooth_form(seed: int) -> Form:
+    """Harmonics of 10 mm together, 2 to 5 around and none to two along: what no common axis and radius follow."""
+    rng = np.random.default_rng(300 + seed)
+    size, phase = rng.normal(size=(4, 3)), rng.uniform(0.0, 2.0 * np.pi, (4, 3))
+    size *= 0.01 / np.sqrt(np.sum(size**2 * [0.5, 0.25, 0.25]))
+
+    def form(azimuth_rad: NDArray[np.float64], z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        around = [np.cos((2 + k) * azimuth_rad + phase[k, m]) for k in range(4) for m in range(3)]
+        along = [np.cos(np.pi * m * z_m / 100.0) for k in range(4) for m in range(3)]
+        return np.asarray(sum(one * a * b for one, a, b in zip(size.ravel(), around, along, strict=True)))
+
+    return form
+
+
 def half_shaft(
-    rng: np.random.Generator, azimuth_rad: float, level: NDArray[np.float64]
+    rng: np.random.Generator, azimuth_rad: float, level: NDArray[np.float64], form: Form = round_form
 ) -> NDArray[np.float64]:
     """What a station at that azimuth sees of the shaft, its level off by ``level`` (lean east, north)."""
     n = 20_000
     z = rng.uniform(2.0, 102.0, n)
     around = azimuth_rad + rng.uniform(-1.4, 1.4, n)
-    radius = MODEL.radius_at(z) + 0.012 * rng.normal(size=n)
+    radius = MODEL.radius_at(z) + form(around, z) + 0.012 * rng.normal(size=n)
     xy = MODEL.axis_at(z) + radius[:, None] * np.column_stack([np.sin(around), np.cos(around)])
     return np.column_stack([xy + z[:, None] * level, z])
 
 
 def epoch(
-    seed: int, levels_arcsec: list[tuple[float, float]]
+    seed: int, levels_arcsec: list[tuple[float, float]], form: Form = round_form
 ) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
     rng = np.random.default_rng(seed)
     n = len(levels_arcsec)
     seen = [
-        half_shaft(rng, 2 * np.pi * i / n, ARCSEC_RAD * np.array(level))
+        half_shaft(rng, 2 * np.pi * i / n, ARCSEC_RAD * np.array(level), form)
         for i, level in enumerate(levels_arcsec)
     ]
     return np.concatenate(seen), np.repeat(np.arange(n, dtype=np.uint16), [len(s) for s in seen])
@@ -48,6 +76,25 @@ def test_levels_within_their_sigma_make_nobody_suspect(seed: int) -> None:
     levels = 2.9 * np.random.default_rng(100 + seed).normal(size=(8, 2))
     points, stations = epoch(seed, [tuple(level) for level in levels])
     assert worst_suspect(check_levels(points, stations, MODEL, [LEVEL_RAD] * 8)) is None
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_shaft_out_of_round_makes_nobody_suspect(seed: int) -> None:
+    levels = 2.9 * np.random.default_rng(200 + seed).normal(size=(6, 2))
+    points, stations = epoch(seed, [tuple(level) for level in levels], smooth_form(seed))
+    assert worst_suspect(check_levels(points, stations, MODEL, [LEVEL_RAD] * 6)) is None
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_an_oval_that_turns_with_height_makes_nobody_suspect(n: int) -> None:
+    points, stations = epoch(1, [(0, 0)] * n, twisting_oval)
+    assert worst_suspect(check_levels(points, stations, MODEL, [LEVEL_RAD] * n)) is None
+
+
+@pytest.mark.parametrize("lean", [(60, 0), (0, -60), (42, 42)])
+def test_a_minute_of_arc_on_a_round_shaft_is_suspect(lean: tuple[float, float]) -> None:
+    points, stations = epoch(2, [(0, 0), (0, 0), lean, (0, 0), (0, 0), (0, 0)])
+    assert worst_suspect(check_levels(points, stations, MODEL, [LEVEL_RAD] * 6)) == 2
 
 
 def test_ladder_in_front_of_one_station_is_no_level_error() -> None:

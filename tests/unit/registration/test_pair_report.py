@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tasks.registration.adjustment import Adjusted, Network, adjust
+from tasks.registration.adjustment import Adjusted, Gates, Network, adjust
 from tasks.registration.pair_report import diagnose_pairs
 from tasks.registration.pairs import Matches
 from tasks.registration.planar import scan_planes
@@ -20,7 +20,7 @@ def adjusted(yard: Courtyard) -> Adjusted:
     """The courtyard at its adjusted poses, the statements right."""
     planes = scan_planes([scan.points_m for scan in yard.scans])
     stated = tuple(stated_pose(scan, true, SIGMAS) for scan, true in zip(yard.scans, yard.truth, strict=True))
-    return adjust(Network(tuple(planes), stated), [one.pose for one in stated])
+    return adjust(Network(tuple(planes), stated), [one.pose for one in stated], Gates(0.12, 0.0))
 
 
 def falsified(adjusted: Adjusted, i: int, j: int) -> Adjusted:

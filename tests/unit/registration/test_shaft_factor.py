@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 from tasks.conventions import ARCSEC_RAD, rotation_site_scanner
 from tasks.geometry.rotations import rotation_from_vector
 from tasks.registration import ShaftHint, StationPose
-from tasks.registration.adjustment import Adjusted, Network, adjust, rotation_vector_from
+from tasks.registration.adjustment import Adjusted, Gates, Network, adjust, rotation_vector_from
 from tasks.registration.planar import scan_planes
 from tasks.registration.shaft_factor import (
     FORM_BLOCKS,
@@ -59,7 +59,7 @@ def seen_from(azimuths_rad: tuple[float, ...], n: int) -> tuple[ShaftPoints, lis
         (facing(rng, azimuth, n) - pose.position_m) @ pose.rotation
         for azimuth, pose in zip(azimuths_rad, poses, strict=True)
     )
-    return ShaftPoints(points, HINT, np.zeros(2)), poses
+    return ShaftPoints(points, HINT), poses
 
 
 def moved(poses: list[StationPose], step: NDArray[np.float64]) -> list[StationPose]:
@@ -106,8 +106,9 @@ def settle_on_shaft(
     )
     stated = moved(poses, np.tile([0.0, 0.0, off_rad, 0.0, 0.0, 0.0], len(poses)))
     statements = tuple(StatedPose(pose, stated_information(SIGMAS), np.ones(6, bool)) for pose in stated)
-    shaft = shaft_points(planes, stated, HINT, np.zeros(2))
-    return adjust(Network(tuple(planes), statements, None, shaft), stated), poses
+    shaft = shaft_points(planes, stated, HINT)
+    network = Network(tuple(planes), statements, None, shaft)
+    return adjust(network, stated, Gates(1.2, 0.0)), poses
 
 
 def rotations(adjusted: Adjusted, truth: list[StationPose]) -> NDArray[np.float64]:

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -128,6 +129,34 @@ def test_the_covariance_of_a_later_epoch_holds_that_of_the_reference(
     # the walls know the shift to a fraction of the 15 mm / sqrt(4) that the reference's frame has
     sigmas = np.sqrt(np.diag(tied.covariance)).reshape(-1, SIX)
     assert sigmas[:, 3:5].min() > 0.8 * 0.015 / 2.0
+
+
+def test_surroundings_that_stand_as_they_did_give_no_warning(
+    surroundings: StableSurroundings, later: Courtyard
+) -> None:
+    assert succeed(register_stations(later.scans, SIGMAS, stable=surroundings)).warnings == ()
+
+
+def test_surroundings_that_are_not_seen_again_give_a_warning(
+    surroundings: StableSurroundings, later: Courtyard
+) -> None:
+    far = replace(surroundings, points_m=surroundings.points_m + np.array([500.0, 0.0, 0.0]))
+    (warning,) = succeed(register_stations(later.scans, SIGMAS, stable=far)).warnings
+    assert warning.startswith(
+        "0 planes of the stable surroundings are seen again, needed 120: the epoch rests on GNSS"
+    )
+
+
+@pytest.mark.parametrize("off_m", [(0.1, 0.0, 0.0), (0.0, 0.0, 0.1)])
+def test_gnss_ten_centimetres_off_the_surroundings_gives_a_warning_with_its_size(
+    surroundings: StableSurroundings, later: Courtyard, off_m: tuple[float, float, float]
+) -> None:
+    registration = succeed(register_stations(all_off(later, np.array(off_m)), SIGMAS, stable=surroundings))
+    (warning,) = registration.warnings
+    found = re.match(r"GNSS puts the epoch ([\d.]+) m away from the stable surroundings", warning)
+    assert found, warning
+    # two means of four positions of 15 and 22 mm
+    assert float(found[1]) == pytest.approx(0.1, abs=0.03)
 
 
 def test_too_few_planes_hold_no_frame(yard: Courtyard, reference: Registration) -> None:

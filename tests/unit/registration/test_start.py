@@ -45,13 +45,14 @@ def others_start_as_stated(starts: Starts, *victims: int) -> bool:
 def test_a_good_epoch_starts_as_stated(eight: SeenSite) -> None:
     starts = started(eight.scans, eight.planes)
     assert others_start_as_stated(starts)
-    assert starts.shaft_m == pytest.approx([0.37, -0.35], abs=0.3)
+    assert starts.seen is not None
+    assert starts.seen.base_xy_m == pytest.approx([0.37, -0.35], abs=0.3)
 
 
 def test_without_a_hint_what_is_stated_is_believed(eight: SeenSite) -> None:
     turned = replace(eight.scans[VICTIM], heading_rad=0.0)
     starts = find_starts(eight.with_scan(VICTIM, turned), eight.planes, SIGMAS, None)
-    assert starts.shaft_m is None
+    assert starts.seen is None
     assert placed(starts.stations[VICTIM]).rotation == pytest.approx(np.eye(3))
 
 
