@@ -208,20 +208,23 @@ def _search(
 
 
 def _sight(scans: Sequence[StationScan], planes: Sequence[ScanPlanes], hint: ShaftHint) -> Sights:
-    sightings = tuple(_sight_one(scan, own, hint) for scan, own in zip(scans, planes, strict=True))
+    heights = [float(scan.position_m[2]) for scan in scans if scan.position_m is not None]
+    usual_m = float(np.median(heights)) if heights else 0.0
+    sightings = tuple(_sight_one(scan, own, hint, usual_m) for scan, own in zip(scans, planes, strict=True))
     scales = [sighting.radius_scale for sighting in sightings if sighting is not None]
     scale = float(np.median(scales)) if scales else 1.0
     wide = replace(hint, radius_m=(scale * hint.radius_m[0], scale * hint.radius_m[1]))
     return locate_structure(scans, sightings, wide)
 
 
-def _sight_one(scan: StationScan, planes: ScanPlanes, hint: ShaftHint) -> Sighting | None:
+def _sight_one(
+    scan: StationScan, planes: ScanPlanes, hint: ShaftHint, usual_height_m: float
+) -> Sighting | None:
     """What looks most like the structure; if there are several, the one at the right distance."""
-    if scan.position_m is None:
-        found = sight_shaft(walls(planes), hint)
-        return found[0] if found else None
     low, high = hint.shaft_z_m
-    up = float(scan.position_m[2])
+    up = usual_height_m if scan.position_m is None else float(scan.position_m[2])
     found = sight_shaft(walls(planes), replace(hint, shaft_z_m=(low - up, high - up)))
+    if scan.position_m is None:
+        return found[0] if found else None
     wanted_m = float(np.hypot(*(np.asarray(hint.base_xy_m) - scan.position_m[:2])))
     return min(found, key=lambda one: abs(one.distance_m - wanted_m), default=None)

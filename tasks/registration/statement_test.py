@@ -39,6 +39,9 @@ MOST_GATE_M: Final = 10.0
 GNSS_SIGMAS: Final = 3.0
 CLOSE_GATE_M: Final = 0.12
 GATE_AGAIN_M: Final = 0.6
+LEAST_LEFT: Final = 2
+"""One station beside suspects has nobody who says that it is right."""
+
 MOST_GIVEN_UP: Final = 0.5
 """Share of the stations that may have a wrong statement; beyond it nobody knows which half is right."""
 
@@ -91,7 +94,7 @@ def settle(network: Network, start: list[StationPose]) -> Settled:
     if again.network is not found.network:
         adjusted = adjust(again.network, list(adjusted.poses), Gates(GATE_AGAIN_M, 0.0))
     told = tuple(_told_anew(w, again.network, adjusted, stated_sigmas) for w in again.wrong)
-    return Settled(again.network, adjusted, told, again.is_contradictory)
+    return Settled(again.network, adjusted, told, found.is_contradictory or again.is_contradictory)
 
 
 def _first_gate_m(network: Network, stated_sigmas: NDArray[np.float64]) -> float:
@@ -157,7 +160,7 @@ def _give_up_wrong(found: _Findings, adjusted: Adjusted) -> _Findings:
             return _Findings(network, tuple(wrong))
         alike = _alike(ranked)
         indices = {w.index for w in wrong} | {ranked[0].index}
-        if len(alike) == 1 and len(indices) > MOST_GIVEN_UP * len(network.clouds):
+        if len(indices) > MOST_GIVEN_UP * len(network.clouds):
             return _Findings(network, tuple(wrong), is_contradictory=True)
         is_certain = len(alike) == 1
         wrong += [
@@ -165,8 +168,23 @@ def _give_up_wrong(found: _Findings, adjusted: Adjusted) -> _Findings:
             for one in alike
         ]
         if not is_certain:
-            return _Findings(network, tuple(wrong))
+            n_left = len(network.clouds) - len({w.index for w in wrong})
+            is_alone = 0 < n_left < LEAST_LEFT
+            return _Findings(network, tuple(wrong), is_alone or _more_is_wrong(network, adjusted, wrong))
         network = _without(network, wrong[-1])
+
+
+def _more_is_wrong(network: Network, adjusted: Adjusted, wrong: list[WrongStatement]) -> bool:
+    """Whether the scans contradict even more than one of several suspects, whichever of them it is."""
+    rest = [_without(network, one) for one in wrong if not one.is_certain]
+    known = {(one.index, one.part) for one in wrong}
+    return all(
+        any(
+            one.size > SUSPECT_SIGMAS and (one.index, one.part) not in known
+            for one in _contradictions(less, adjusted, _off_by_full_statements(less, adjusted))
+        )
+        for less in rest
+    )
 
 
 def _alike(ranked: list[_Contradiction]) -> list[_Contradiction]:

@@ -20,7 +20,7 @@ from tests.faults.sites import FIRST, SECOND, Site, state_of
 from tests.flows.calls import ROOT
 from tests.flows.campaigns import STRUCTURE, rows
 
-TABLES_OF_EPOCH = 8
+TABLES_OF_EPOCH = 10
 
 
 def files_of(site: Site, epoch: str) -> list[Path]:

@@ -87,7 +87,8 @@ def test_a_primary_scheme_without_axis_degrades_the_epoch(
     assert told.code == 4
     assert state_of(told, SECOND)["state"] == "degraded"
     scheme = unpublished.schemes(SECOND)["G/paper"]
-    assert (scheme.state, scheme.n_slices, scheme.n_centres) == ("failed", 3, 0)
+    assert (scheme.state, scheme.n_slices) == ("failed", 3)
+    assert scheme.n_centres < 2
     assert str(scheme.reason).startswith("needs at least 2 centres, got ")
     assert unpublished.epoch(SECOND).reason == f"the primary G/paper gave no axis: {scheme.reason}"
     status = call(capsys, "status", unpublished.file, "--workspace", unpublished.workspace)

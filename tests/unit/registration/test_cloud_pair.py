@@ -99,6 +99,7 @@ def test_swapped_clouds_give_the_inverse() -> None:
     assert corners_apart(swapped.T_fixed_moving.inverse(), registered().T_fixed_moving) < 2e-4
 
 
+@pytest.mark.slow
 def test_the_same_clouds_give_the_same_bits() -> None:
     again = register_pair(*clouds())
     assert np.array_equal(again.rotation, registered().rotation)
@@ -164,6 +165,7 @@ def test_a_number_that_is_not_finite_is_refused() -> None:
         register_pair(np.full((500, 3), np.nan), clouds()[1])
 
 
+@pytest.mark.slow
 def test_stated_sigma_matches_scatter_over_repeats() -> None:
     rng = np.random.default_rng(9)
     square = []

@@ -1,4 +1,3 @@
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -100,8 +99,7 @@ def test_a_scan_without_any_plane_is_left_out_and_the_others_are_ok(yard: Courty
     fog = np.random.default_rng(8).uniform(-100.0, 100.0, (20_000, 3))
     registration = succeed(register_stations(yard.with_scan(1, replace(yard.scans[1], points_m=fog)), SIGMAS))
     assert [refused.station for refused in registration.refused] == ["ST02"]
-    # fog is flat here and there by chance
-    assert re.match(r"its scan holds \d+ planes, needed 50; left out", registration.refused[0].reason)
+    assert registration.refused[0].reason.startswith("its scan holds 0 planes, needed 50; left out")
     assert [diagnosis.state for diagnosis in registration.diagnoses] == ["ok"] * 3
 
 
