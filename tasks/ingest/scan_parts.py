@@ -28,7 +28,7 @@ def choose_parts(path: Path, names: Sequence[str | None], request: ScanRequest) 
         if request.frame == "scanner" and len(names) != 1:
             raise InputError(
                 f"{path}: needs one scan for a station, came {_known(names)}; "
-                "write part beside the scan in the campaign file"
+                "write part = 1, or another of them, beside the scan in the campaign file"
             )
         return tuple(range(len(names)))
     if isinstance(request.part, int):
