@@ -54,7 +54,7 @@ def test_blocks_are_joined_or_taken_by_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize("ask", [read_scan, describe_scan])
 def test_a_station_needs_to_know_its_block(tmp_path: Path, ask: object) -> None:
     with pytest.raises(
-        InputError, match=r"came a file of 2 scans; write part = 1, or another number up to 2"
+        InputError, match=r"came 2 scans, part = 1 to 2, without names; write part = 1, or another"
     ):
         ask(blocks(tmp_path))  # type: ignore[operator]
 
