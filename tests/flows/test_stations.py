@@ -110,13 +110,14 @@ def test_of_two_stations_that_disagree_both_are_named_and_used(told: Called, sit
         assert "check its level" in told_of or "check its compensator" in told_of
 
 
-def test_half_of_the_stations_is_not_left_out_and_bad_ones_are_named(told: Called, site: Site) -> None:
-    named = {station for station, state in states(site, HALF_BAD).items() if state != "ok"}
-    assert named & {"ST02", "ST04"}
+def test_half_of_the_stations_is_not_left_out_and_the_epoch_is_called_doubtful(
+    told: Called, site: Site
+) -> None:
+    # two against two: nobody can say which two are right, only that something is wrong with a level
+    assert "suspect" in states(site, HALF_BAD).values()
     assert site.epoch(HALF_BAD).n_stations_used == 4
+    assert site.epoch(HALF_BAD).state == "degraded"
     for told_of in errors(told, HALF_BAD):
-        is_bad = "station ST02 " in told_of or "station ST04 " in told_of
-        assert is_bad or "the scans cannot tell which" in told_of
         assert "its side of the shaft leans " in told_of or "stated level is " in told_of
 
 

@@ -102,7 +102,10 @@ def test_a_part_is_chosen_by_its_number(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        (None, r"needs one scan for a station, came 2 scans, part = 1 to 2, without names; write part = 1, or another"),
+        (
+            None,
+            r"needs one scan for a station, came 2 scans, part = 1 to 2, without names; write part = 1, or another",
+        ),
         (3, r"needs part = 3, came 2 scans, part = 1 to 2, without names"),
         (0, r"needs part = 0, came 2 scans"),
         ("2", r"needs part = '2', came 2 scans, part = 1 to 2, without names"),
