@@ -12,8 +12,11 @@ from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.robust import mad_sigma
 from tasks.registration.adjustment import Adjusted, Pair
 from tasks.registration.pairs import MIN_MATCHES, pair_equations
-from tasks.registration.stated import HELD_LOOSELY
 from tasks.registration.station import PairDiagnosis, ShaftHint
+
+HELD_SHARE: Final = 0.1
+"""Of the weight of the statements: with none, a pair that shares only the shaft drifts where it sees nothing, and its loops
+tell of that; with all, GNSS hides what they tell."""
 
 BESIDE_SHAFT_M: Final = 2.0
 """Points that near to the rough shaft count as of the shaft: it leans, and its radius is a rough one."""
@@ -87,7 +90,7 @@ def _worst_closures(adjusted: Adjusted, hint: ShaftHint | None) -> dict[Pair, _C
 def _alone(pair: Pair, adjusted: Adjusted, at_m: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Motion (6,) of the first station against the second that the pair alone asks for: rotation, shift at a point.
 
-    What the pair cannot see stays where the joint adjustment has it; statements weigh next to nothing.
+    What the pair cannot see stays where the joint adjustment has it, by a tenth of the weight of the statements.
     """
     i, j = pair
     poses = adjusted.poses
@@ -103,7 +106,7 @@ def _alone(pair: Pair, adjusted: Adjusted, at_m: NDArray[np.float64]) -> NDArray
     if n_matches < 2 * MIN_MATCHES:
         return None
     rows = slice(SIX * i, SIX * i + SIX)
-    held = HELD_LOOSELY * adjusted.prior_information[rows, rows]
+    held = HELD_SHARE * adjusted.prior_information[rows, rows]
     motion = np.linalg.solve(matrix + held, vector)
     motion[3:] += np.cross(motion[:3], at_m - poses[i].position_m)
     return np.asarray(motion)
