@@ -66,8 +66,10 @@ def table_from_rows(table: str, record: type[Row], rows: Sequence[Row]) -> pa.Ta
 
 def rows_from_table(content: pa.Table, record: type[Row]) -> list[Row]:
     """Rows of a record class from a table that has its columns; times come back in UTC."""
-    columns = [list(python_values(content, field)) for field in columns_of(record)]
-    return [record(*values) for values in zip(*columns, strict=True)]
+    fields = list(columns_of(record))
+    names = [field.name for field in fields]
+    columns = [list(python_values(content, field)) for field in fields]
+    return [record(**dict(zip(names, values, strict=True))) for values in zip(*columns, strict=True)]
 
 
 def python_values(content: pa.Table, field: Field) -> Iterator[Value | None]:

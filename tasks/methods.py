@@ -29,7 +29,7 @@ def methods_of(scheme: SlicingScheme) -> tuple[Method, ...]:
     if scheme.name in WITHOUT_ROBUST:
         return (paper,)
     thickness_m = max(scheme.thickness_m, ROBUST_THICKNESS_M)
-    return (paper, Method("robust", "robust_circle", "robust_line", thickness_m))
+    return (paper, Method("robust", scheme.robust_contour, scheme.robust_axis, thickness_m))
 
 
 def method_of(scheme: SlicingScheme, name: str) -> Method:

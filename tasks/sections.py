@@ -59,10 +59,10 @@ def _fit_one(
     fitted = fit_contour(method.contour, section)
     if isinstance(fitted, FitFailure):
         return _failed(index, section, fitted.reason)
-    return _fitted(index, section, fitted)
+    return _fitted(index, section, fitted, method.contour)
 
 
-def _fitted(index: int, section: Section, contour: Contour) -> SectionFit:
+def _fitted(index: int, section: Section, contour: Contour, variant: str) -> SectionFit:
     covariance = contour.covariance_m2
     return SectionFit(
         slice_index=index,
@@ -81,6 +81,12 @@ def _fitted(index: int, section: Section, contour: Contour) -> SectionFit:
         arc_coverage_deg=contour.arc_coverage_deg,
         state="ok",
         reason=None,
+        contour=contour.model or variant,
+        contour_reason=contour.reason,
+        noise_m=contour.noise_m,
+        roundness_m=contour.roundness_m,
+        ovality_m=contour.ovality_m,
+        ovality_azimuth_deg=contour.ovality_azimuth_deg,
     )
 
 

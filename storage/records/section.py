@@ -39,3 +39,29 @@ class SectionFit:
     ]
     state: Annotated[str, Column("ok or failed")]
     reason: Annotated[str | None, Column("why the slice failed")]
+    contour: Annotated[str | None, Column("contour model that gave the centre; NULL where none did")] = None
+    contour_reason: Annotated[
+        str | None, Column("why that model was chosen, where the variant chooses among several")
+    ] = None
+    noise_m: Annotated[
+        float | None, Column("robust standard deviation of the points about the contour", "m")
+    ] = None
+    roundness_m: Annotated[
+        float | None,
+        Column(
+            "largest minus smallest radius of the fitted contour about its centre; NULL for a circle", "m"
+        ),
+    ] = None
+    ovality_m: Annotated[
+        float | None,
+        Column(
+            "amplitude of the second harmonic of the radius (an ellipse: half of a - b); NULL for a circle",
+            "m",
+        ),
+    ] = None
+    ovality_azimuth_deg: Annotated[
+        float | None,
+        Column(
+            "azimuth of the larger diameter, 0 to 180, clockwise from grid north; NULL for a circle", "deg"
+        ),
+    ] = None

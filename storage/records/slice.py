@@ -7,7 +7,7 @@ from storage.records.column import Column
 from storage.records.section import SectionFit
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SliceRow(SectionFit):
     """A slice of an epoch under a scheme and method, with its part in the axis."""
 
@@ -21,3 +21,11 @@ class SliceRow(SectionFit):
     residual_m: Annotated[
         float | None, Column("distance of the centre from the axis; NULL for axes through two centres", "m")
     ]
+    offset_east_m: Annotated[
+        float | None,
+        Column("east of the centre minus that of the straight axis at its height; NULL without both", "m"),
+    ] = None
+    offset_north_m: Annotated[
+        float | None,
+        Column("north of the centre minus that of the straight axis at its height; NULL without both", "m"),
+    ] = None

@@ -82,3 +82,71 @@ class TiltRow:
         float | None,
         Column("largest distance of a parabola through the centres from the line, within the shaft", "m"),
     ]
+    covariance_source: Annotated[
+        str | None,
+        Column("where lean_cov_* comes from: propagation, or jackknife where that is significantly larger"),
+    ] = None
+    propagated_cov_ee: Annotated[
+        float | None,
+        Column("variance of lean_east by propagation of points, form, registration and level", "1"),
+    ] = None
+    propagated_cov_en: Annotated[
+        float | None, Column("covariance of lean_east and lean_north by propagation", "1")
+    ] = None
+    propagated_cov_nn: Annotated[float | None, Column("variance of lean_north by propagation", "1")] = None
+    jackknife_cov_ee: Annotated[
+        float | None,
+        Column(
+            "variance of lean_east by leaving out one station after the other; NULL below 4 stations", "1"
+        ),
+    ] = None
+    jackknife_cov_en: Annotated[
+        float | None, Column("covariance of lean_east and lean_north by leaving out one station", "1")
+    ] = None
+    jackknife_cov_nn: Annotated[
+        float | None, Column("variance of lean_north by leaving out one station", "1")
+    ] = None
+    bootstrap_cov_ee: Annotated[
+        float | None,
+        Column(
+            "variance of lean_east by a bootstrap of blocks of the surface or of slices, a check of point_cov",
+            "1",
+        ),
+    ] = None
+    bootstrap_cov_en: Annotated[
+        float | None, Column("covariance of lean_east and lean_north by the bootstrap", "1")
+    ] = None
+    bootstrap_cov_nn: Annotated[float | None, Column("variance of lean_north by the bootstrap", "1")] = None
+    smallest_detectable_m: Annotated[
+        float | None,
+        Column(
+            "movement of the top that a second epoch like this one would show (1 % test, 80 % power)", "m"
+        ),
+    ] = None
+    axis_model: Annotated[
+        str | None, Column("form of the axis that the data ask for: straight, parabola, cubic, spline, ...")
+    ] = None
+    axis_reason: Annotated[str | None, Column("why that form was chosen")] = None
+    base_lean_east: Annotated[
+        float | None,
+        Column("east over up of the tangent at the foot of the shaft (the foundation's lean)", "1"),
+    ] = None
+    base_lean_north: Annotated[float | None, Column("north over up of the tangent at the foot", "1")] = None
+    base_lean_sigma: Annotated[
+        float | None,
+        Column("standard deviation of one component of the tangent at the foot, points alone", "1"),
+    ] = None
+    chord_lean_east: Annotated[
+        float | None, Column("east over up of the line from foot to top of the shaft", "1")
+    ] = None
+    chord_lean_north: Annotated[
+        float | None, Column("north over up of the line from foot to top of the shaft", "1")
+    ] = None
+    cone_factor: Annotated[
+        float | None,
+        Column(
+            "factor 1 + k^2 by which horizontal cuts of the tapering shaft lean more and that was taken out",
+            "1",
+        ),
+    ] = None
+    warning: Annotated[str | None, Column("what to mind before signing")] = None

@@ -14,6 +14,36 @@ MOST_TILT_DEG: Final = 60.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class AxisCurve:
+    """The form of an axis that may bend.
+
+    Attributes
+    ----------
+    model : str
+        straight, parabola, cubic, spline, ...
+    reason : str
+        Why that form was chosen: the test and its outcome.
+    z_m : (k,) array
+        Heights, ascending, at which the curve is stated, metres.
+    east_m, north_m : (k,) arrays
+        The curve there, site frame, metres.
+    base_lean, chord_lean : (2,) arrays
+        Lean vector of the tangent at the lowest height, and of the line from the lowest to the highest point.
+    base_lean_sigma : float or None
+        Standard deviation of one component of ``base_lean`` from the centres and their points alone.
+    """
+
+    model: str
+    reason: str
+    z_m: NDArray[np.float64]
+    east_m: NDArray[np.float64]
+    north_m: NDArray[np.float64]
+    base_lean: NDArray[np.float64]
+    chord_lean: NDArray[np.float64]
+    base_lean_sigma: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Axis:
     """A straight axis.
 
@@ -41,6 +71,10 @@ class Axis:
     update_weight_ratio_pct : float or None
         Share of the centres whose final weight is below half of the largest, percent: our definition, the paper
         defines none; None for a direct line.
+    curve : AxisCurve or None
+        The form of the axis; None for estimators that know only a line.
+    warning : str or None
+        What to mind before signing.
     """
 
     point_m: NDArray[np.float64]
@@ -54,6 +88,8 @@ class Axis:
     rmse_m: float | None
     bending_m: float | None
     update_weight_ratio_pct: float | None
+    curve: AxisCurve | None = None
+    warning: str | None = None
 
     @property
     def lean(self) -> NDArray[np.float64]:

@@ -29,6 +29,9 @@ class Section:
         dR/dz of the shaft here, dimensionless, negative where it narrows upward.
     lean_east, lean_north : float
         Rough lean vector of the shaft here, to straighten the slice.
+    sigma_m : (n,) array or None
+        Standard deviation of each point across the surface as instrument and line of sight give it, metres; None where
+        the stations of the points are not known. Only ratios of it matter.
     """
 
     points_m: NDArray[np.float64]
@@ -37,10 +40,15 @@ class Section:
     taper: float = 0.0
     lean_east: float = 0.0
     lean_north: float = 0.0
+    sigma_m: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         if self.points_m.ndim != 2 or self.points_m.shape[1] != 3:
             raise ShapeError(f"Section needs points (n, 3), got {self.points_m.shape}")
+        if self.sigma_m is not None and self.sigma_m.shape != (len(self.points_m),):
+            raise ShapeError(
+                f"Section needs sigmas (n,) of {len(self.points_m)} points, got {self.sigma_m.shape}"
+            )
 
     def unfit_for(self, min_points: int) -> FitFailure | None:
         """Say why no circle can be fitted, or None if one can be tried."""
@@ -80,6 +88,17 @@ class Contour:
         Points with a weight above zero.
     arc_coverage_deg : float
         Sectors of 5 degrees that hold a used point, degrees.
+    noise_m : float or None
+        Robust standard deviation of the points about the contour, metres.
+    roundness_m : float or None
+        Largest minus smallest radius of the fitted contour about its centre, metres; None for a circle, which has none.
+    ovality_m, ovality_azimuth_deg : float or None
+        Amplitude of the second harmonic of the radius (an ellipse: half of a - b), metres, and the
+        azimuth in [0, 180) of its larger diameter, clockwise from grid north; None for a circle.
+    model : str
+        The contour model, where the variant chose among several; "" where it is the variant itself.
+    reason : str or None
+        Why that model was chosen.
     """
 
     center_east_m: float
@@ -89,3 +108,9 @@ class Contour:
     rmse_m: float
     n_used: int
     arc_coverage_deg: float
+    noise_m: float | None = None
+    roundness_m: float | None = None
+    ovality_m: float | None = None
+    ovality_azimuth_deg: float | None = None
+    model: str = ""
+    reason: str | None = None

@@ -43,6 +43,12 @@ class Structure(Section):
         description="rough radius (square-tower: half the side) at the two ends of shaft_z_m; a prior only [m]"
     )
 
+    sections: Literal["horizontal", "perpendicular"] = Field(
+        default="horizontal",
+        description="which cut of the shaft is round: the horizontal one, or that across the axis (built plumb, leaned"
+        " since); the second takes the factor 1 + k^2 of horizontal cuts of a cone (k the taper) out of the lean",
+    )
+
     @property
     def title(self) -> str:
         """Name for people."""

@@ -12,10 +12,27 @@ THICKNESS_M: Final = 0.01
 
 
 @dataclass(frozen=True, slots=True)
+class AdaptiveCut:
+    """Slices whose thickness and distance follow the points, so that every centre reaches a wanted sigma.
+
+    Attributes
+    ----------
+    sigma_center_m : float
+        Wanted standard deviation of the less certain component of a centre, metres.
+    least_thickness_m, most_thickness_m : float
+        Thickness of a slice, whatever the points, metres.
+    """
+
+    sigma_center_m: float
+    least_thickness_m: float = 0.02
+    most_thickness_m: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
 class SlicingScheme:
     """How a shaft is cut, and how the paper finds the axis from the slices.
 
-    Exactly one of ``interval_m``, ``heights_m`` and ``ends_only`` says where the slices lie.
+    Exactly one of ``interval_m``, ``heights_m``, ``ends_only``, ``adaptive`` and ``surface`` says where the slices lie.
 
     Attributes
     ----------
@@ -33,6 +50,12 @@ class SlicingScheme:
         Height of a slice, metres.
     contour, axis : str
         Names of the contour model and the axis estimator of method ``paper``.
+    robust_contour, robust_axis : str
+        The same of method ``robust``.
+    adaptive : AdaptiveCut or None
+        Slices that follow the points.
+    surface : str or None
+        Model of the whole surface: nothing is sliced, all points are fitted at once (method ``surface``).
     """
 
     name: str
@@ -43,12 +66,18 @@ class SlicingScheme:
     thickness_m: float = THICKNESS_M
     contour: str = "kasa"
     axis: str = "irls"
+    robust_contour: str = "robust_circle"
+    robust_axis: str = "robust_line"
+    adaptive: AdaptiveCut | None = None
+    surface: str | None = None
 
     def __post_init__(self) -> None:
-        stated = (self.interval_m is not None) + (self.heights_m is not None) + self.ends_only
+        ways = (self.interval_m, self.heights_m, self.adaptive, self.surface)
+        stated = sum(way is not None for way in ways) + self.ends_only
         if stated != 1:
             raise ShapeError(
-                f"scheme {self.name!r} needs exactly one of interval_m, heights_m and ends_only, got {stated}"
+                f"scheme {self.name!r} needs exactly one of interval_m, heights_m, ends_only, adaptive and surface, "
+                f"got {stated}"
             )
 
 

@@ -1,0 +1,1 @@
+"""Design a survey before going out: what lean sigma a set of stations will give."""
