@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_shaft import EpochShaft, isolate_epoch
 from tasks.geometry.failure import FitFailure
-from tasks.lean import Lean, StationShares, lean_of_sections
+from tasks.lean import Lean
 from tasks.level_check import worst_suspect
 from tasks.methods import methods_of
 from tasks.preprocessing import ShaftOptions, StructurePrior
 from tasks.registration import InstrumentSigmas, Registration, ShaftHint, StationScan, register_stations
-from tasks.sections import fit_sections
+from tasks.scheme_lean import IsolatedShaft, lean_of_scheme
 from tasks.simulation import Scanner, SimulatedCampaignRequest, SimulatedStation, scan_epochs
 from tasks.slicing import SCHEMES
 
@@ -78,12 +78,10 @@ def leans(
     request: SimulatedCampaignRequest, registration: Registration, shaft: EpochShaft
 ) -> Iterator[tuple[str, Lean]]:
     """Measure the lean of every scheme and method that gives one."""
-    shares = StationShares(shaft.shares, registration.covariance)
+    isolated = IsolatedShaft(shaft.cloud, shaft.model, registration, prior_of(request).shaft_z_m)
     for scheme in SCHEMES.values():
         for method in methods_of(scheme):
-            shaft_z_m = prior_of(request).shaft_z_m
-            sections = fit_sections(shaft.cloud.points_m, shaft.model, scheme, method, shaft_z_m)
-            lean = lean_of_sections(sections, method, shares, shaft.model)
+            lean = lean_of_scheme(isolated, scheme, method)
             if not isinstance(lean, FitFailure):
                 yield f"{scheme.name}/{method.name}", lean
 

@@ -75,12 +75,11 @@ def _variant_lines() -> Iterator[str]:
 
 
 def _kind(kind: StructureKind) -> str:
-    if kind.unsupported_because:
-        return f"not supported yet: {kind.unsupported_because}"
     low, high = kind.radius_window
+    size = f"{kind.n_faces} plane faces, half the side" if kind.n_faces else "radius"
     return (
         f"base within {kind.position_slack_m:g} m of base_xy_m, lean up to {kind.max_lean:g}, "
-        f"radius {low:g} to {high:g} times the prior"
+        f"{size} {low:g} to {high:g} times the prior"
     )
 
 

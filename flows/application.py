@@ -13,14 +13,17 @@ COMMANDS: Final[Mapping[str, str]] = {
     "init": "Write a commented example of a campaign file; an existing file is never overwritten.",
     "check": "Check a campaign file and the headers of its scans; no points are read.",
     "schema": "Print the JSON Schema of the campaign file, for editors and programs.",
+    "plan": "Predict the sigma of the lean, the change that will be detectable and the coverage of a survey to come.",
     "run": "Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.",
     "status": "Print the newest state; the exit code tells quality, warning and alarm.",
     "compare": "Say for every scheme and method how far the top moved between two epochs.",
+    "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
+    "are enough.",
     "export": "Write a view of the catalog to a file, or to stdout where none is named.",
     "verify": "Check that everything in the workspace is whole and true to its digest.",
     "doctor": "Say whether this machine has what a run needs, and what to do where something lacks.",
 }
-"""Name of a command, which is also its module in flows.commands and its function there; what it does."""
+"""Name of a command, which with _ for - is also its module in flows.commands and its function there; what it does."""
 
 
 def application(called: str | None = None) -> App:
@@ -42,8 +45,9 @@ def application(called: str | None = None) -> App:
         suppress_keyboard_interrupt=False,
     )
     for order, (name, does) in enumerate(COMMANDS.items()):
+        module = name.replace("-", "_")
         made.command(
-            f"flows.commands.{name}:{name}",
+            f"flows.commands.{module}:{module}",
             name=name,
             help=None if name == called else does,
             sort_key=order,

@@ -5,11 +5,12 @@ from typing import cast
 
 from flows.epoch_quality import coverage_of, outlook_of, pairs_of
 from flows.epoch_work import EpochResult, EpochWork
+from flows.map_steps import surface_map_of
 from flows.outcome import EpochOutcome
 from flows.placing_steps import registration_of
 from storage.digests import text_sha256
 from storage.ledger import store_settings
-from storage.records import EpochRow, RemovalRow, StationRow
+from storage.records import EpochRow, ReferenceLeanRow, RemovalRow, SchemeComparisonRow, StationRow
 from storage.workspace import SCHEMA_VERSION
 from tasks.epoch_tables import (
     EpochFacts,
@@ -22,11 +23,13 @@ from tasks.epoch_tables import (
 )
 from tasks.evaluation import compare_with_control
 from tasks.exchange import rebuild
-from tasks.plan import plan_standard
+from tasks.plan import plan_occasion, plan_references, plan_standard
 from tasks.preprocessing import Removal
 from tasks.produced import Json
 from tasks.publishing import EpochTables, publish, with_other_schemes
 from tasks.quality_rows import with_outlook
+from tasks.reference_rows import reference_rows
+from tasks.scheme_comparison import EpochAxes, compare_schemes
 from tasks.station_rows import station_rows, with_levels
 
 
@@ -40,6 +43,7 @@ def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
         merged = with_other_schemes(work.workspace, tables, plan_standard(campaign, work.epoch))
         tables, left_out = merged.tables, merged.left_out
     _judge(work, result, tables)
+    tables = replace(tables, scheme_comparison=_compared(work, tables))
     tables = replace(tables, epoch=_epoch_row(work, result, has_result=bool(tables.tilt)))
     publication = publish(work.workspace, tables)
     if publication.kept_because is not None:
@@ -81,7 +85,22 @@ def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
         tilt=result.tilt,
         schemes=scheme_rows(home, result.outcomes),
         accuracy=result.accuracy,
+        reference_leans=_references(work),
+        surface_map=surface_map_of(work, result, home),
     )
+
+
+def _references(work: EpochWork) -> list[ReferenceLeanRow]:
+    occasion = plan_occasion(work.campaign, work.epoch)
+    return reference_rows(occasion, plan_references(work.epoch), work.campaign.structure.height_m)
+
+
+def _compared(work: EpochWork, tables: EpochTables) -> list[SchemeComparisonRow]:
+    """The schemes and references beside the primary, with how many slices are enough."""
+    axes = EpochAxes(
+        work.campaign.structure.id, work.epoch.id, tables.tilt, tables.slices, tables.reference_leans
+    )
+    return compare_schemes(axes, "/".join(work.campaign.report.primary))
 
 
 def _epoch_row(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochRow:

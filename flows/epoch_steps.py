@@ -1,5 +1,7 @@
 """The steps of an epoch from the isolated shaft to tilt and verdict, in the order of the paper; each asks for stages."""
 
+from typing import cast
+
 from flows.epoch_work import EpochResult, EpochWork
 from flows.stage_calls import Pending, artifact_of
 from storage.artifacts import get_json, get_rows
@@ -7,23 +9,21 @@ from storage.records import AccuracyRow, SectionFit, TiltRow
 from tasks.epoch_tables import SchemeOutcome
 from tasks.exchange import plain, rebuild
 from tasks.lean import Lean
-from tasks.plan import PlannedAxis, plan_occasion, plan_standard
-from tasks.produced import Produced
-from tasks.stages import evaluate_epoch, fit_scheme_axis, slice_shaft
+from tasks.plan import PlannedAxis, plan_occasion, plan_sight_noise, plan_standard, plan_surface
+from tasks.produced import Json, Produced
+from tasks.stages import evaluate_epoch, fit_scheme_axis, fit_whole_surface, slice_shaft
 
 
 def measure_schemes(work: EpochWork, result: EpochResult) -> None:
-    """Slice the shaft under every scheme and method, and fit the axes."""
+    """Measure the shaft under every scheme and method: by slices and their axis, or by its whole surface."""
     if result.shaft is None or result.shaft.refusal is not None:
         return
-    sliced = [(axis, _ask_for_slices(work, result.shaft, axis)) for axis in work.axes]
-    fitted = [
-        (axis, sections, _ask_for_axis(work, result, axis, sections))
-        for axis, sections in _done(work, sliced)
-    ]
+    begun = [(axis, _ask_for_scheme(work, result, result.shaft, axis)) for axis in work.axes]
+    measured = [(axis, work.calls.finish(pending)) for axis, pending in begun]
+    fitted = [(axis, found, _ask_for_axis(work, result, axis, found)) for axis, found in measured]
     result.outcomes = tuple(
-        _scheme_outcome(work, axis, sections, None if pending is None else work.calls.finish(pending))
-        for axis, sections, pending in fitted
+        _scheme_outcome(work, axis, found, found if pending is None else work.calls.finish(pending))
+        for axis, found, pending in fitted
     )
 
 
@@ -49,42 +49,61 @@ def evaluate_schemes(work: EpochWork, result: EpochResult) -> None:
     result.accuracy = tuple(get_rows(work.workspace, produced.artifacts["accuracy"], AccuracyRow))
 
 
-def _ask_for_slices(work: EpochWork, shaft: Produced, axis: PlannedAxis) -> Pending:
+def _ask_for_scheme(work: EpochWork, result: EpochResult, shaft: Produced, axis: PlannedAxis) -> Pending:
+    if axis.scheme.surface is not None:
+        return _ask_for_surface(work, result, shaft, axis)
+    return _ask_for_slices(work, result, shaft, axis)
+
+
+def _ask_for_surface(work: EpochWork, result: EpochResult, shaft: Produced, axis: PlannedAxis) -> Pending:
+    return work.calls.submit(
+        fit_whole_surface,
+        f"surface {axis.label}",
+        shaft=_points_of(shaft),
+        registration=artifact_of(result.registration, "registration"),
+        question=plain(plan_surface(work.campaign, axis)),
+    )
+
+
+def _ask_for_slices(work: EpochWork, result: EpochResult, shaft: Produced, axis: PlannedAxis) -> Pending:
+    noise = plan_sight_noise(work.campaign, work.epoch, axis)
+    sights = None
+    if noise is not None:
+        sights = {"registration": artifact_of(result.registration, "registration"), "noise": plain(noise)}
     return work.calls.submit(
         slice_shaft,
         f"slicing {axis.label}",
-        shaft={name: artifact_of(shaft, name) for name in ("points", "model")},
+        shaft={**_points_of(shaft), "n_stations": len(cast("list[Json]", shaft.facts["shares"]))},
+        sights=sights,
         scheme=plain(axis.scheme),
         method=plain(axis.method),
         shaft_z_m=plain(work.campaign.structure.shaft_z_m),
     )
 
 
-def _done(work: EpochWork, sliced: list[tuple[PlannedAxis, Pending]]) -> list[tuple[PlannedAxis, Produced]]:
-    return [(axis, work.calls.finish(pending)) for axis, pending in sliced]
+def _points_of(shaft: Produced) -> dict[str, Json]:
+    return {name: artifact_of(shaft, name) for name in ("points", "stations", "model")}
 
 
-def _ask_for_axis(
-    work: EpochWork, result: EpochResult, axis: PlannedAxis, sections: Produced
-) -> Pending | None:
-    if sections.refusal is not None or result.shaft is None:
+def _ask_for_axis(work: EpochWork, result: EpochResult, axis: PlannedAxis, found: Produced) -> Pending | None:
+    """Ask for the axis of slices; None where a whole surface gave it, or the slices were refused."""
+    if axis.scheme.surface is not None or found.refusal is not None:
         return None
     return work.calls.submit(
         fit_scheme_axis,
         f"axis {axis.label}",
-        sections=artifact_of(sections, "sections"),
+        slices={name: artifact_of(found, name) for name in ("sections", "stations")},
         method=plain(axis.method),
         registration=artifact_of(result.registration, "registration"),
-        shaft={"model": artifact_of(result.shaft, "model"), "shares": result.shaft.facts["shares"]},
+        model=artifact_of(result.shaft, "model"),
+        round_cut=work.campaign.structure.sections,
     )
 
 
-def _scheme_outcome(
-    work: EpochWork, axis: PlannedAxis, sections: Produced, fitted: Produced | None
-) -> SchemeOutcome:
-    if fitted is None:
-        return SchemeOutcome(axis.scheme, axis.method, (), None, sections.refusal)
-    rows = tuple(get_rows(work.workspace, sections.artifacts["sections"], SectionFit))
+def _scheme_outcome(work: EpochWork, axis: PlannedAxis, found: Produced, fitted: Produced) -> SchemeOutcome:
+    if found.refusal is not None:
+        return SchemeOutcome(axis.scheme, axis.method, (), None, found.refusal)
+    rows = tuple(get_rows(work.workspace, found.artifacts["sections"], SectionFit))
     if fitted.refusal is not None:
         return SchemeOutcome(axis.scheme, axis.method, rows, None, fitted.refusal)
     ref = fitted.artifacts["lean"]

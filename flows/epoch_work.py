@@ -51,6 +51,7 @@ class EpochResult:
     suspects: dict[str, str] = field(default_factory=dict)
     coverage: Produced | None = None
     outcomes: tuple[SchemeOutcome, ...] = ()
+    surface_map: Produced | None = None
     tilt: tuple[TiltRow, ...] = ()
     accuracy: tuple[AccuracyRow, ...] = ()
     reasons: list[str] = field(default_factory=list)

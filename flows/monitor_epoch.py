@@ -12,6 +12,7 @@ from flows.epoch_steps import evaluate_schemes, measure_schemes
 from flows.epoch_work import EpochResult, EpochWork
 from flows.ledger import current_ledger
 from flows.level_steps import leave_out_unlevel
+from flows.map_steps import map_surface_of
 from flows.outcome import EpochOutcome
 from flows.placing_steps import isolate_shaft_of, register_scans, tell_suspects
 from flows.scan_steps import read_scans
@@ -58,6 +59,7 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
         tell_suspects(work, result)
         rate_coverage_of(work, result)
         measure_schemes(work, result)
+        map_surface_of(work, result)
         evaluate_schemes(work, result)
         return publish_result(work, result)
 

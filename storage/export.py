@@ -26,7 +26,8 @@ def export_view(ws: Workspace, view: str, file_format: str, out: Path | BinaryIO
     Parameters
     ----------
     view : str
-        Name of a view; those of the contract and pairs, coverage, removals, schemes, latest.
+        Name of a view; those of the contract and pairs, coverage, surface_map, surface_changes, removals, schemes,
+        latest.
     file_format : str
         ``csv`` (header, times in ISO 8601 UTC, NULL is empty), ``json`` (one array of objects) or ``parquet``.
     out : Path or binary file

@@ -7,8 +7,14 @@ from typing import Final
 from storage.change import ChangeRow
 from storage.errors import UsageError
 from storage.records import TABLES, EpochRow
+from storage.surface_change import SurfaceChangeRow
 
-VIEWS: Final[dict[str, type]] = {**TABLES, "changes": ChangeRow, "latest": EpochRow}
+VIEWS: Final[dict[str, type]] = {
+    **TABLES,
+    "changes": ChangeRow,
+    "surface_changes": SurfaceChangeRow,
+    "latest": EpochRow,
+}
 """View name to the record class that states its columns, units and meanings."""
 
 

@@ -35,7 +35,7 @@ class Coverage:
 
     ``z_edges_m`` (b + 1,) are the ends of the height bands. ``counts`` (b, SECTORS, n) are the points by band, sector
     (the first begins at grid north, clockwise about the axis) and station; ``off_sum_m`` (b, SECTORS) is the sum of
-    their distances from the round surface of the model, positive outward, metres.
+    their distances from the surface of the model, positive outward, metres.
     """
 
     z_edges_m: NDArray[np.float64]
@@ -142,6 +142,7 @@ class _Profile:
     knots_z_m: NDArray[np.float64]
     values_m: NDArray[np.float64]
     """East and north of the axis and radius (3, k) at the knots."""
+    model: ShaftModel
 
     def at(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """East, north and radius (3, n) at heights (n,); looks a height up once, where the model does thrice."""
@@ -156,7 +157,7 @@ def _profile(model: ShaftModel, low_m: float, high_m: float) -> _Profile:
     knots = np.array(model.radius_z_m)
     # with the ends among the knots nothing bends between two of them, not where the model ends either
     knots = np.concatenate([[low_m], knots[(knots > low_m) & (knots < high_m)], [high_m]])
-    return _Profile(knots, np.vstack([model.axis_at(knots).T, model.radius_at(knots)]))
+    return _Profile(knots, np.vstack([model.axis_at(knots).T, model.radius_at(knots)]), model)
 
 
 def _cells_of(
@@ -172,7 +173,11 @@ def _cells_of(
     band = np.minimum(((z - low_m) / BAND_M).astype(np.intp), n_bands - 1)
     turns = np.arctan2(east, north) / (2.0 * np.pi)
     sector = _SECTOR_OF[((turns + 1.0) * SECTORS).astype(np.intp)]
-    return band * SECTORS + sector, inside, np.sqrt(east * east + north * north) - radius
+    if profile.model.is_round:
+        off_m = np.sqrt(east * east + north * north) - radius
+    else:
+        off_m = profile.model.off_surface_m(points_m[inside])
+    return band * SECTORS + sector, inside, off_m
 
 
 def _cell(

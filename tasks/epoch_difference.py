@@ -1,15 +1,15 @@
-"""The difference of any two epochs of a structure, scheme by scheme, with its significance."""
+"""The difference of any two epochs of a structure, by scheme and by reference measurement, with its significance."""
 
 import math
 from dataclasses import dataclass
 from typing import Final
 
-from storage.records import TiltRow
-from storage.views import ChangeRow, tilt_rows
-from storage.workspace import Workspace
+import numpy as np
 
-SIGNIFICANT_P: Final = 0.01
-"""A difference is significant below this probability (the same as in the view ``changes``)."""
+from storage.records import ReferenceLeanRow, TiltRow
+from storage.views import ChangeRow, reference_lean_rows, tilt_rows
+from storage.workspace import Workspace
+from tasks.accuracy import SIGNIFICANT_P, LeanDifference, lean_difference
 
 DETECTABLE_FACTOR: Final = 3.7257
 """sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases."""
@@ -32,39 +32,70 @@ def epoch_differences(workspace: Workspace, structure: str, epoch: str, referenc
 
 
 @dataclass(frozen=True, slots=True)
-class _Test:
-    """Covariance of a difference of lean vectors, and what it says of the difference; None where unknown."""
+class ReferenceChange:
+    """Difference of the leans that one source measured in two epochs; as in the view ``changes``, metres at height_m."""
 
-    ee: float | None
-    en: float | None
-    nn: float | None
-    chi2: float | None = None
-    sigma: float | None = None
-    largest: float | None = None
+    source: str
+    height_m: float
+    d_lean_east: float
+    d_lean_north: float
+    d_cov: float
+    d_top_m: float
+    sigma_top_m: float
+    p_value: float
+    significant: bool
+    smallest_detectable_m: float
 
-    @property
-    def p_value(self) -> float | None:
-        """Exact for two degrees of freedom."""
-        return None if self.chi2 is None else math.exp(-self.chi2 / 2.0)
+
+def reference_differences(
+    workspace: Workspace, structure: str, epoch: str, reference: str
+) -> list[ReferenceChange]:
+    """Compare two epochs as others measured them, by every source that measured both.
+
+    The measurements of two epochs are taken as independent: their covariances add up.
+
+    Raises
+    ------
+    StorageError
+        If the catalog cannot be read.
+    """
+    before = {row.source: row for row in reference_lean_rows(workspace, structure, reference)}
+    after = reference_lean_rows(workspace, structure, epoch)
+    return [_reference_change(row, base) for row in after if (base := before.get(row.source))]
 
 
-def _tested(later: TiltRow, base: TiltRow, east: float, north: float) -> _Test:
+def _reference_change(later: ReferenceLeanRow, base: ReferenceLeanRow) -> ReferenceChange:
+    variance, height_m = later.sigma**2 + base.sigma**2, later.height_m
+    east, north = later.lean_east - base.lean_east, later.lean_north - base.lean_north
+    sigma = math.sqrt(variance)
+    p_value = math.exp(-(east**2 + north**2) / variance / 2.0)
+    return ReferenceChange(
+        source=later.source,
+        height_m=height_m,
+        d_lean_east=east,
+        d_lean_north=north,
+        d_cov=variance,
+        d_top_m=height_m * math.hypot(east, north),
+        sigma_top_m=height_m * sigma,
+        p_value=p_value,
+        significant=p_value < SIGNIFICANT_P,
+        smallest_detectable_m=height_m * DETECTABLE_FACTOR * sigma,
+    )
+
+
+def _tested(later: TiltRow, base: TiltRow) -> LeanDifference:
     ee = _sum(later.lean_cov_ee, base.lean_cov_ee)
     en = _sum(later.lean_cov_en, base.lean_cov_en)
     nn = _sum(later.lean_cov_nn, base.lean_cov_nn)
-    if ee is None or en is None or nn is None or ee <= 0.0 or ee * nn - en * en <= 0.0:
-        return _Test(ee, en, nn)
-    chi2 = (nn * east**2 - 2.0 * en * east * north + ee * north**2) / (ee * nn - en * en)
-    largest = math.sqrt((ee + nn) / 2.0 + math.hypot((ee - nn) / 2.0, en))
-    moved = math.hypot(east, north)
-    along = math.sqrt(ee * east**2 + 2.0 * en * east * north + nn * north**2)
-    return _Test(ee, en, nn, chi2, along / moved if moved > 0.0 else largest, largest)
+    d = np.array([later.lean_east - base.lean_east, later.lean_north - base.lean_north])
+    known = ee is not None and en is not None and nn is not None
+    return lean_difference(d, np.array([[ee, en], [en, nn]], dtype=np.float64) if known else None)
 
 
 def _difference(later: TiltRow, base: TiltRow) -> ChangeRow:
-    east, north = later.lean_east - base.lean_east, later.lean_north - base.lean_north
-    test = _tested(later, base, east, north)
-    height_m, p_value = later.height_m, test.p_value
+    test = _tested(later, base)
+    ee, en, nn = test.variances
+    height_m = later.height_m
     return ChangeRow(
         structure=later.structure,
         epoch=later.epoch,
@@ -74,16 +105,16 @@ def _difference(later: TiltRow, base: TiltRow) -> ChangeRow:
         scheme=later.scheme,
         method=later.method,
         height_m=height_m,
-        d_lean_east=east,
-        d_lean_north=north,
-        d_cov_ee=test.ee,
-        d_cov_en=test.en,
-        d_cov_nn=test.nn,
-        d_top_m=height_m * math.hypot(east, north),
+        d_lean_east=float(test.difference[0]),
+        d_lean_north=float(test.difference[1]),
+        d_cov_ee=ee,
+        d_cov_en=en,
+        d_cov_nn=nn,
+        d_top_m=height_m * test.size,
         sigma_top_m=None if test.sigma is None else height_m * test.sigma,
         chi2=test.chi2,
-        p_value=p_value,
-        significant=None if p_value is None else p_value < SIGNIFICANT_P,
+        p_value=test.p_value,
+        significant=test.significant,
         smallest_detectable_m=None if test.largest is None else height_m * DETECTABLE_FACTOR * test.largest,
     )
 

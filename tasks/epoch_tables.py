@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Final
+
+import numpy as np
 
 from storage.artifacts import ArtifactRef
 from storage.records import (
@@ -16,6 +19,9 @@ from tasks.lean import Lean
 from tasks.methods import Method
 from tasks.preprocessing import Removal
 from tasks.slicing import SlicingScheme
+
+LEAST_RADII: Final = 3
+"""Two radii are on their line whatever they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +72,7 @@ def scheme_rows(home: Home, outcomes: Sequence[SchemeOutcome]) -> list[SchemeRow
             scheme=outcome.scheme.name,
             method=outcome.method.name,
             interval_m=outcome.scheme.interval_m,
-            thickness_m=outcome.method.thickness_m,
+            thickness_m=None if outcome.scheme.surface is not None else outcome.method.thickness_m,
             contour=outcome.method.contour,
             axis=outcome.method.axis,
             n_slices=len(outcome.sections),
@@ -94,8 +100,39 @@ def slice_rows(home: Home, outcome: SchemeOutcome) -> list[SliceRow]:
             **{name: getattr(section, name) for name in SectionFit.__dataclass_fields__},
             weight=next(weights, None) if section.state == "ok" else None,
             residual_m=next(residuals, None) if section.state == "ok" else None,
+            offset_east_m=_offset_m(section, outcome.lean, 0),
+            offset_north_m=_offset_m(section, outcome.lean, 1),
+            radius_offset_m=radius_offset_m,
         )
-        for section in outcome.sections
+        for section, radius_offset_m in zip(
+            outcome.sections, _radius_offsets_m(outcome.sections), strict=True
+        )
+    ]
+
+
+def _offset_m(section: SectionFit, lean: Lean | None, component: int) -> float | None:
+    """East (0) or north (1) of a centre beside the straight axis at its height; None without a centre or an axis."""
+    centre_m = (section.center_east_m, section.center_north_m)[component]
+    if lean is None or centre_m is None:
+        return None
+    axis = lean.axis
+    at_height_m = axis.point_m[component] + axis.lean[component] * (section.z_m - axis.point_m[2])
+    return centre_m - float(at_height_m)
+
+
+def _radius_offsets_m(sections: Sequence[SectionFit]) -> list[float | None]:
+    """What the radius of each slice is off the straight line through all of them; None without a radius, or a line.
+
+    The local change of the radius of reference [50] of Zhou et al. 2025.
+    """
+    known = [(section.z_m, section.radius_m) for section in sections if section.radius_m is not None]
+    if len(known) < LEAST_RADII:
+        return [None] * len(sections)
+    z_m, radius_m = np.array(known).T
+    line = np.polynomial.Polynomial.fit(z_m, radius_m, 1)
+    return [
+        None if section.radius_m is None else section.radius_m - float(line(section.z_m))
+        for section in sections
     ]
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from datetime import datetime
 
 import numpy as np
 
@@ -10,17 +9,18 @@ from storage.records import AccuracyRow, TiltRow
 from tasks.accuracy import Control, accuracy_rows, control_of_lean, control_of_scheme
 from tasks.geometry.failure import FitFailure
 from tasks.lean import Lean
-from tasks.limits import LimitTable, table_named, table_of_points, verdict
-from tasks.tilt import tilt_parameters
+from tasks.limits import LimitTable, table_named, table_of_points
+from tasks.tilt_rows import RowHome, tilt_row
 
 
 @dataclass(frozen=True, slots=True)
 class ReferenceLean:
-    """A lean vector that was measured by other means."""
+    """A lean vector that was measured by other means; ``sigma`` is that of each component."""
 
     source: str
     lean_east: float
     lean_north: float
+    sigma: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,15 @@ def evaluate(occasion: Occasion, leans: Sequence[NamedLean], standard: Standard)
         If the limit table is not known.
     """
     limit = limit_of(standard)
-    tilt = tuple(_tilt_row(occasion, named, standard.height_m, limit) for named in leans)
+    tilt = tuple(
+        tilt_row(
+            RowHome(**asdict(occasion), scheme=named.scheme, method=named.method),
+            named.lean,
+            standard.height_m,
+            limit,
+        )
+        for named in leans
+    )
     return Evaluation(tilt, compare_with_control(tilt, standard))
 
 
@@ -106,43 +114,6 @@ def _control(rows: Sequence[TiltRow], standard: Standard) -> Control | FitFailur
     for reference in standard.references:
         if reference.source == source:
             lean = np.array([reference.lean_east, reference.lean_north])
-            return control_of_lean(source, lean, standard.height_m)
+            return control_of_lean(source, lean, standard.height_m, reference.sigma)
     known = ", ".join(reference.source for reference in standard.references) or "none"
     return FitFailure(f"no reference measurement {source!r} in this epoch; there is: {known}")
-
-
-def _tilt_row(occasion: Occasion, named: NamedLean, height_m: float, limit: LimitTable | None) -> TiltRow:
-    lean, axis = named.lean, named.lean.axis
-    figures = tilt_parameters(lean.lean, lean.covariance, height_m)
-    judged = verdict(figures.deviation_m, figures.deviation_sigma_m, height_m, limit)
-    base = axis.point_m[:2] - lean.lean * axis.point_m[2]
-    return TiltRow(
-        structure=occasion.structure,
-        epoch=occasion.epoch,
-        epoch_time=datetime.fromisoformat(occasion.epoch_time),
-        scheme=named.scheme,
-        method=named.method,
-        n_slices=lean.n_slices,
-        n_centres=lean.n_centres,
-        base_east_m=float(base[0]),
-        base_north_m=float(base[1]),
-        lean_east=float(lean.lean[0]),
-        lean_north=float(lean.lean[1]),
-        lean_cov_ee=float(lean.covariance[0, 0]),
-        lean_cov_en=float(lean.covariance[0, 1]),
-        lean_cov_nn=float(lean.covariance[1, 1]),
-        point_cov_ee=float(lean.point_covariance[0, 0]),
-        point_cov_en=float(lean.point_covariance[0, 1]),
-        point_cov_nn=float(lean.point_covariance[1, 1]),
-        height_m=height_m,
-        **asdict(figures),
-        allowable_m=judged.allowable_m,
-        verdict=judged.verdict,
-        verdict_reason=judged.reason,
-        iterations=axis.iterations,
-        update_weight_ratio_pct=axis.update_weight_ratio_pct,
-        n_effective=axis.n_effective,
-        mean_deviation_m=axis.mean_deviation_m,
-        rmse_m=axis.rmse_m,
-        bending_m=axis.bending_m,
-    )

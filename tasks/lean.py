@@ -1,47 +1,102 @@
 """From slice centres and station poses to a lean vector with its covariance."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
 from tasks.axis import LEAST_FOR_BENDING, Axis, fit_axis
+from tasks.axis.centres import Centres
+from tasks.axis.cone_cut import take_out_cone_cut
+from tasks.axis.line import direction_of_lean
 from tasks.geometry.failure import FitFailure
 from tasks.methods import Method
 from tasks.preprocessing import ShaftModel
+from tasks.registration import Registration
 from tasks.sections import centres_of
 from tasks.tilt import lean_of_direction
-from tasks.uncertainty import combine, propagate_poses
+from tasks.uncertainty import (
+    Source,
+    base_leverage,
+    bootstrap_slices,
+    changes_without_each,
+    combine,
+    form_of_slices,
+    leverage,
+    moved_by_poses,
+    pose_jacobian,
+    state_covariance,
+)
 
 
 @dataclass(frozen=True, slots=True)
 class Lean:
     """The axis of one scheme and method with the covariance of its lean vector.
 
-    ``lean`` (2,) is east and north, dimensionless; ``covariance`` (2, 2) covers the points and the
-    poses of the stations, ``point_covariance`` (2, 2) the points alone.
+    Attributes
+    ----------
+    axis : Axis
+        The axis.
+    lean : (2,) array
+        East and north over up, dimensionless.
+    covariance : (2, 2) array
+        The covariance that is stated: ``propagated``, or with ``source`` "jackknife" the larger of both.
+    point_covariance : (2, 2) array
+        The part of the points alone.
+    form_covariance : (2, 2) array
+        The part of the wall: its form beyond the model, and what the arc that was seen cannot tell.
+    propagated : (2, 2) array
+        Points, form and the poses of the stations.
+    jackknife, bootstrap : (2, 2) array or None
+        By leaving out one station after the other, and by resampling pieces of the surface; None where they do not exist.
+    source : "propagation" or "jackknife"
+        Where ``covariance`` comes from.
+    n_slices, n_centres : int
+        Slices, and those of them that gave a centre.
+    cone_factor : float or None
+        What the lean was divided by, because the shaft is round across its axis and was cut in the horizontal.
+    base_covariance : (2, 2) array or None
+        Covariance of the axis at z = 0 from points, form and poses, square metres.
     """
 
     axis: Axis
     lean: NDArray[np.float64]
     covariance: NDArray[np.float64]
     point_covariance: NDArray[np.float64]
+    form_covariance: NDArray[np.float64]
+    propagated: NDArray[np.float64]
+    jackknife: NDArray[np.float64] | None
+    bootstrap: NDArray[np.float64] | None
+    source: Source
     n_slices: int
     n_centres: int
+    cone_factor: float | None = None
+    base_covariance: NDArray[np.float64] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class StationShares:
-    """Share (n,) of every station in the shaft's points, and the covariance (6n, 6n) of the poses."""
+@dataclass(frozen=True, slots=True, eq=False)
+class StationEvidence:
+    """What the stations say of the slices.
 
-    shares: NDArray[np.float64]
+    ``sums`` (m, s, 3, 10) are those of every slice (``tasks.uncertainty.sum_by_station``), ``positions_m`` (s, 3) the
+    stations in the site frame, ``pose_covariance`` (6 s, 6 s) that of their poses.
+    """
+
+    sums: NDArray[np.float64]
+    positions_m: NDArray[np.float64]
     pose_covariance: NDArray[np.float64]
 
 
+def evidence_of(sums: NDArray[np.float64], registration: Registration) -> StationEvidence:
+    """Put the sums of the slices together with where the stations stood."""
+    positions_m = np.array([pose.position_m for pose in registration.poses])
+    return StationEvidence(sums, positions_m, registration.covariance)
+
+
 def lean_of_sections(
-    sections: Sequence[SectionFit], method: Method, stations: StationShares, model: ShaftModel
+    sections: Sequence[SectionFit], method: Method, stations: StationEvidence, model: ShaftModel
 ) -> Lean | FitFailure:
     """Fit the method's axis to the centres and state the covariance of its lean vector.
 
@@ -55,13 +110,63 @@ def lean_of_sections(
     axis = fit_axis(method.axis, centres_m, covariances_m2)
     if isinstance(axis, FitFailure):
         return axis
-    lean = lean_of_direction(axis.direction)
-    poses = propagate_poses(stations.pose_covariance, stations.shares, lean)
+    good = np.array([section.state == "ok" for section in sections])
+    sums = stations.sums[good]
+    jacobian = pose_jacobian(sums, centres_m[:, 2], axis.levers, stations.positions_m)
+    form = form_of_slices(centres_m, leverage(centres_m[:, 2], axis.levers), axis.lean_covariance)
+    propagated = combine(axis.lean_covariance + form, jacobian @ stations.pose_covariance @ jacobian.T)
+    stated = state_covariance(propagated, changes_without_each(sums, centres_m[:, 2], axis.levers))
     return Lean(
         axis=axis,
-        lean=lean,
-        covariance=combine(axis.lean_covariance, poses),
+        lean=lean_of_direction(axis.direction),
+        covariance=stated.covariance,
         point_covariance=axis.lean_covariance,
+        form_covariance=form,
+        propagated=propagated,
+        jackknife=stated.jackknife,
+        bootstrap=bootstrap_slices(centres_m, axis.levers),
+        source=stated.source,
         n_slices=len(sections),
         n_centres=len(centres_m),
+        base_covariance=_base_covariance(axis, Centres(centres_m, covariances_m2), sums, stations),
+    )
+
+
+def _base_covariance(
+    axis: Axis, centres: Centres, sums: NDArray[np.float64], stations: StationEvidence
+) -> NDArray[np.float64]:
+    """Covariance (2, 2) of the axis at z = 0.
+
+    The centres count with as much more than their own covariances as they do in the lean.
+    """
+    z_m = centres.points_m[:, 2]
+    along, base = leverage(z_m, axis.levers), base_leverage(z_m, axis.levers)
+    from_lean = np.trace(axis.lean_covariance) / np.trace(np.tensordot(along**2, centres.covariances_m2, 1))
+    points = from_lean * np.tensordot(base**2, centres.covariances_m2, 1)
+    jacobian = moved_by_poses(sums, base, stations.positions_m)
+    return combine(points, jacobian @ stations.pose_covariance @ jacobian.T)
+
+
+def without_cone(lean: Lean, taper: float) -> Lean:
+    """Take out of a lean that horizontal cuts of a cone lean more than its axis; ``taper`` is that of the radius."""
+    length = float(np.sqrt(1.0 + lean.lean @ lean.lean))
+    upright = take_out_cone_cut(lean.lean, lean.covariance, taper / length)
+    factor = float(np.linalg.norm(lean.lean) / np.linalg.norm(upright.lean)) if lean.lean.any() else 1.0
+    square = factor**2
+    axis = replace(
+        lean.axis,
+        direction=direction_of_lean(upright.lean),
+        lean_covariance=lean.axis.lean_covariance / square,
+    )
+    return replace(
+        lean,
+        axis=axis,
+        lean=upright.lean,
+        covariance=upright.covariance,
+        point_covariance=lean.point_covariance / square,
+        form_covariance=lean.form_covariance / square,
+        propagated=lean.propagated / square,
+        jackknife=None if lean.jackknife is None else lean.jackknife / square,
+        bootstrap=None if lean.bootstrap is None else lean.bootstrap / square,
+        cone_factor=factor,
     )

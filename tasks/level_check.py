@@ -37,7 +37,8 @@ class LevelCheck:
     """How much a station's half shaft leans against the common one, and how unlikely that is.
 
     ``lean_east`` and ``lean_north`` are dimensionless; ``chi2`` has 2 degrees of freedom and covers the noise of the
-    points, the form of the shaft and the stated level. All are None for a station with too few points on the shaft.
+    points, the form of the shaft and the stated level. All are None for a station with too few points on the shaft, and
+    for a shaft with plane faces, whose lean a station that sees two of them cannot tell from their taper.
     """
 
     lean_east: float | None
@@ -68,7 +69,7 @@ def check_levels(
         Standard deviation of one component of the level, a station each.
     """
     n = len(level_sigmas_rad)
-    if n < 2:
+    if n < 2 or not model.is_round:
         return (NOT_CHECKED,) * n
     # the common shaft follows each station by its share: what is left of its own level is smaller
     own = np.sqrt((n - 1) / n)

@@ -5,11 +5,12 @@ from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.variants import choose
-from tasks.lean import Lean, StationShares, lean_of_sections
-from tasks.methods import method_of
+from tasks.lean import Lean
+from tasks.methods import method_of, suited_to
+from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftOptions, StructurePrior, isolate_shaft
 from tasks.registration import InstrumentSigmas, registered_cloud
-from tasks.sections import fit_sections
+from tasks.scheme_lean import IsolatedShaft, lean_of_scheme
 from tasks.slicing import SCHEMES
 
 
@@ -17,8 +18,8 @@ def measure_lean(
     points_m: NDArray[np.float64],
     prior: StructurePrior,
     sigmas: InstrumentSigmas,
-    scheme: str = "A",
-    method: str = "robust",
+    scheme: str = "S",
+    method: str = "surface",
 ) -> Lean | FitFailure:
     """Isolate a shaft in a registered cloud, slice it, and fit its axis.
 
@@ -31,7 +32,7 @@ def measure_lean(
     sigmas : InstrumentSigmas
         How well the cloud is levelled and placed: part of the covariance.
     scheme, method : str
-        A slicing scheme of ``tasks.slicing.SCHEMES``; ``paper`` or ``robust``.
+        A slicing scheme of ``tasks.slicing.SCHEMES``; ``paper`` or ``robust``, of scheme S ``surface``.
 
     Returns
     -------
@@ -43,11 +44,11 @@ def measure_lean(
     InputError
         If the scheme or the method is not known.
     """
-    cut = choose(SCHEMES, scheme, "slicing scheme")
+    cut = suited_to(choose(SCHEMES, scheme, "slicing scheme"), prior.kind)
     chosen = method_of(cut, method)
     shaft = isolate_shaft(points_m, prior, ShaftOptions())
     if isinstance(shaft, FitFailure):
         return shaft
-    sections = fit_sections(points_m[shaft.keep], shaft.model, cut, chosen, prior.shaft_z_m)
-    stations = StationShares(np.ones(1), registered_cloud("cloud", sigmas).covariance)
-    return lean_of_sections(sections, chosen, stations, shaft.model)
+    registration = registered_cloud("cloud", sigmas)
+    kept = PlacedCloud(points_m[shaft.keep], np.zeros(len(shaft.keep), dtype=np.uint16))
+    return lean_of_scheme(IsolatedShaft(kept, shaft.model, registration, prior.shaft_z_m), cut, chosen)

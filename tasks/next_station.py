@@ -79,6 +79,8 @@ def suggest_station(
     sigmas : InstrumentSigmas
         What the maker states.
     """
+    if not model.is_round:
+        return FitFailure("needed a round shaft: the prediction is not made for plane faces")
     if not coverage.counts.any():
         return FitFailure("needed points on the shaft, there are none in its height range")
     network = network_of(coverage, model, registration)

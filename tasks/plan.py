@@ -10,14 +10,21 @@ import numpy as np
 from storage.errors import InputError
 from tasks.evaluation import Occasion, ReferenceLean, Standard
 from tasks.ingest import ScanRequest
-from tasks.methods import Method, methods_of
+from tasks.map_shapes import DesignedShape
+from tasks.methods import Method, methods_of, needs_sights, suited_to
 from tasks.preprocessing import ShaftOptions, StructurePrior
 from tasks.registration import InstrumentSigmas, ShaftHint, StableBox, Ties
 from tasks.settings import Campaign, Epoch, Station
-from tasks.slicing import SCHEMES, SlicingScheme, user_scheme
+from tasks.sight_noise import ScannerNoise
+from tasks.slicing import SCHEMES, SlicingScheme
+from tasks.surface_map import MapQuestion
+from tasks.whole_surface import SurfaceQuestion
 
 REGISTERED: Final = "registered"
 """Stands as station id for a cloud that comes registered."""
+
+WHOLE_SURFACE: Final = ("S", "surface")
+"""Scheme and method of the map of the surface where the primary ones have slices."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,9 +121,11 @@ def plan_axes(campaign: Campaign, names: Sequence[str] = ()) -> list[PlannedAxis
 
 
 def _schemes(campaign: Campaign) -> Iterator[tuple[str, SlicingScheme]]:
-    yield from SCHEMES.items()
+    kind = campaign.structure.kind
+    for name, scheme in SCHEMES.items():
+        yield name, suited_to(scheme, kind)
     for name, own in campaign.schemes.items():
-        yield name, user_scheme(name, own.interval_m, own.heights_m, own.thickness_m)
+        yield name, suited_to(own.as_scheme(name), kind)
 
 
 def plan_sigmas(campaign: Campaign) -> InstrumentSigmas:
@@ -126,6 +135,54 @@ def plan_sigmas(campaign: Campaign) -> InstrumentSigmas:
         position_m=instrument.position_sigma_m,
         heading_rad=float(np.radians(instrument.heading_sigma_deg)),
         level_rad=float(np.radians(instrument.level_sigma_deg)),
+    )
+
+
+def plan_sight_noise(campaign: Campaign, epoch: Epoch, axis: PlannedAxis) -> ScannerNoise | None:
+    """Noise of the scanner where slicing needs the sigma of every point; None where not, or nobody knows who saw it."""
+    if epoch.registered is not None or not needs_sights(axis.scheme, axis.method):
+        return None
+    instrument = campaign.instrument
+    return ScannerNoise(instrument.range_sigma_m, float(np.radians(instrument.angle_sigma_deg)))
+
+
+def plan_surface(campaign: Campaign, axis: PlannedAxis) -> SurfaceQuestion:
+    """How the whole surface of the shaft is to be fitted.
+
+    Raises
+    ------
+    InputError
+        If the scheme has slices.
+    """
+    if axis.scheme.surface is None:
+        raise InputError(f"scheme {axis.scheme.name} has slices, and no surface model")
+    structure = campaign.structure
+    return SurfaceQuestion(axis.scheme.surface, structure.shaft_z_m, structure.sections)
+
+
+def plan_mapped_axis(campaign: Campaign) -> tuple[str, str]:
+    """Scheme and method whose axis the map of the surface rests on: the primary one if it takes the whole surface."""
+    name, method = campaign.report.primary
+    scheme = dict(_schemes(campaign))[name]
+    return (name, method) if scheme.surface is not None else WHOLE_SURFACE
+
+
+def plan_surface_map(campaign: Campaign) -> MapQuestion:
+    """What the map of the surface is measured from, in the site frame."""
+    structure = campaign.structure
+    return MapQuestion(structure.shaft_z_m, structure.sections, _design(campaign))
+
+
+def _design(campaign: Campaign) -> DesignedShape | None:
+    structure = campaign.structure
+    if structure.design_radius_m is None:
+        return None
+    base_xy_m = structure.design_base_xy_m
+    return DesignedShape(
+        z_m=tuple(z_m for z_m, _ in structure.design_radius_m),
+        radius_m=tuple(radius_m for _, radius_m in structure.design_radius_m),
+        lean=structure.design_lean,
+        base_xy_m=None if base_xy_m is None else _east_north(campaign, base_xy_m),
     )
 
 
@@ -149,7 +206,11 @@ def plan_shaft_hint(campaign: Campaign) -> ShaftHint:
 
 
 def _base_xy_m(campaign: Campaign) -> tuple[float, float]:
-    first, second = campaign.structure.base_xy_m
+    return _east_north(campaign, campaign.structure.base_xy_m)
+
+
+def _east_north(campaign: Campaign, xy_m: tuple[float, float]) -> tuple[float, float]:
+    first, second = xy_m
     return (second, first) if campaign.frame.swaps_axes else (first, second)
 
 
@@ -175,8 +236,13 @@ def plan_standard(campaign: Campaign, epoch: Epoch) -> Standard:
         limit_table=campaign.limits.table,
         limit_points_m=campaign.limits.verticality_m,
         control=(control,) if isinstance(control, str) else tuple(control),
-        references=tuple(ReferenceLean(r.source, r.lean_east, r.lean_north) for r in epoch.references),
+        references=plan_references(epoch),
     )
+
+
+def plan_references(epoch: Epoch) -> tuple[ReferenceLean, ...]:
+    """Leans of an epoch that were measured by other means, in the order of the file."""
+    return tuple(ReferenceLean(r.source, r.lean_east, r.lean_north, r.sigma) for r in epoch.references)
 
 
 def plan_occasion(campaign: Campaign, epoch: Epoch) -> Occasion:

@@ -12,10 +12,13 @@ from storage.records import (
     CoverageRow,
     EpochRow,
     PairRow,
+    ReferenceLeanRow,
     RemovalRow,
+    SchemeComparisonRow,
     SchemeRow,
     SliceRow,
     StationRow,
+    SurfaceMapRow,
     TiltRow,
 )
 from storage.tables import table_path
@@ -41,6 +44,10 @@ class EpochTables:
     tilt: Sequence[TiltRow]
     schemes: Sequence[SchemeRow]
     accuracy: Sequence[AccuracyRow]
+    reference_leans: Sequence[ReferenceLeanRow] = ()
+    scheme_comparison: Sequence[SchemeComparisonRow] = ()
+    surface_map: Sequence[SurfaceMapRow] | None = None
+    """None where the scheme that it rests on was not asked for."""
 
     def by_table(self) -> Mapping[str, Sequence[object]]:
         """Rows by the name of their table."""
@@ -50,10 +57,13 @@ class EpochTables:
             "pairs": self.pairs,
             "removals": self.removals,
             "coverage": self.coverage,
+            "surface_map": self.surface_map or (),
             "slices": self.slices,
             "tilt": self.tilt,
             "schemes": self.schemes,
             "accuracy": self.accuracy,
+            "reference_leans": self.reference_leans,
+            "scheme_comparison": self.scheme_comparison,
             "alarms": [],
         }
 
@@ -94,7 +104,8 @@ def with_other_schemes(workspace: Workspace, tables: EpochTables, standard: Stan
     """Add the published rows of schemes that this run was not asked for, if they rest on the same shaft.
 
     Rows that rest on other scans, poses or points are left out: they would stand beside results they do not
-    belong to. All that remain are compared with the control anew.
+    belong to. All that remain are compared with the control anew. The map of the surface rests on one scheme, and stays
+    where that was not asked for.
     """
     here = {(row.scheme, row.method) for row in tables.schemes}
     others = _Others(workspace, tables.epoch, frozenset(here))
@@ -108,6 +119,9 @@ def with_other_schemes(workspace: Workspace, tables: EpochTables, standard: Stan
         tilt=tilt,
         schemes=others.beside("schemes", SchemeRow, tables.schemes),
         accuracy=compare_with_control(tilt, standard).accuracy,
+        surface_map=_whole_rows(workspace, "surface_map", tables.epoch, SurfaceMapRow)
+        if tables.surface_map is None
+        else tables.surface_map,
     )
     return Merged(merged)
 

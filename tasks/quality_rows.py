@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from storage.records import CoverageCell, CoverageRow, EpochRow, PairRow
+from storage.records import CoverageCell, CoverageRow, EpochRow, PairRow, SurfaceMapCell, SurfaceMapRow
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_quality import Outlook
 from tasks.epoch_tables import Home
@@ -20,6 +20,17 @@ def coverage_rows(home: Home, cells: Sequence[CoverageCell]) -> list[CoverageRow
     names = tuple(CoverageCell.__dataclass_fields__)
     return [
         CoverageRow(
+            structure=home.structure, epoch=home.epoch, **{name: getattr(cell, name) for name in names}
+        )
+        for cell in cells
+    ]
+
+
+def surface_map_rows(home: Home, cells: Sequence[SurfaceMapCell]) -> list[SurfaceMapRow]:
+    """One row a band and sector of the shaft, those without points too."""
+    names = tuple(SurfaceMapCell.__dataclass_fields__)
+    return [
+        SurfaceMapRow(
             structure=home.structure, epoch=home.epoch, **{name: getattr(cell, name) for name in names}
         )
         for cell in cells

@@ -1,16 +1,21 @@
 """Cut the shaft by a scheme and fit a contour to every slice."""
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
-from tasks.contours import Contour, Section, fit_contour
+from tasks.contours import Contour, Outline, Section, fit_contour
 from tasks.geometry.failure import FitFailure
-from tasks.methods import Method
+from tasks.methods import Method, weighs_sights
 from tasks.preprocessing import ShaftModel
-from tasks.slicing import SlicingScheme, cut_slices, slice_heights
+from tasks.shaft_slices import ShaftCloud, Slice, slice_cloud
+from tasks.slicing import SlicingScheme
+
+HALF_STEP_M: Final = 0.1
+"""Half of the height over which the taper of a face is taken, metres."""
 
 
 def fit_sections(
@@ -19,19 +24,22 @@ def fit_sections(
     scheme: SlicingScheme,
     method: Method,
     shaft_z_m: tuple[float, float],
+    sigma_m: NDArray[np.float64] | None = None,
 ) -> tuple[SectionFit, ...]:
     """Cut the shaft's points (n, 3), site frame, and fit the method's contour to every slice.
 
     Horizontal sections are taken for round (docs/estimators.md, the cut of a cone). A slice that cannot be fitted is a
-    row with its reason. Slices of the robust method are thicker
-    than those of the scheme, at the same heights, and end where the shaft ends.
+    row with its reason. Slices of the robust method are thicker than those of the scheme, at the same heights, and end
+    where the shaft ends; those of an adaptive scheme have their own thickness. ``sigma_m`` (n,) is what instrument and
+    line of sight give for every point, metres, where it is known and ``needs_sights``.
     """
-    heights_m = slice_heights(scheme, shaft_z_m)
-    slices = cut_slices(points_m[:, 2], heights_m, method.thickness_m)
-    return tuple(
-        _fit_one(index, points_m[rows], float(z_m), model, method)
-        for index, (z_m, rows) in enumerate(zip(heights_m, slices, strict=True))
-    )
+    cloud = ShaftCloud(points_m, model, sigma_m)
+    return fit_slices(cloud, slice_cloud(cloud, scheme, method, shaft_z_m), method)
+
+
+def fit_slices(cloud: ShaftCloud, slices: Sequence[Slice], method: Method) -> tuple[SectionFit, ...]:
+    """Fit the method's contour to every slice of a cloud that was cut."""
+    return tuple(_fit_one(index, _section_of(cloud, cut, method), method) for index, cut in enumerate(slices))
 
 
 def centres_of(sections: Sequence[SectionFit]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -45,17 +53,37 @@ def centres_of(sections: Sequence[SectionFit]) -> tuple[NDArray[np.float64], NDA
     return centres.reshape(-1, 3), covariances.reshape(-1, 2, 2)
 
 
-def _fit_one(
-    index: int, points_m: NDArray[np.float64], z_m: float, model: ShaftModel, method: Method
-) -> SectionFit:
-    section = Section(
-        points_m=points_m,
-        z_m=z_m,
-        thickness_m=method.thickness_m,
-        taper=float(model.taper_at(z_m)),
-        lean_east=model.lean_east,
-        lean_north=model.lean_north,
+def _section_of(cloud: ShaftCloud, cut: Slice, method: Method) -> Section:
+    sigma_m = cloud.sigma_m if weighs_sights(method) else None
+    return Section(
+        points_m=cloud.points_m[cut.rows],
+        z_m=cut.z_m,
+        thickness_m=cut.thickness_m,
+        taper=float(cloud.model.taper_at(cut.z_m)),
+        lean_east=cloud.model.lean_east,
+        lean_north=cloud.model.lean_north,
+        sigma_m=None if sigma_m is None else sigma_m[cut.rows],
+        outline=None if cloud.model.is_round else _outline_at(cloud.model, cut.z_m),
     )
+
+
+def _outline_at(model: ShaftModel, z_m: float) -> Outline:
+    """What the model of a shaft with plane faces knows of them at a height."""
+    sigmas = [
+        np.inf if face.sigma_m is None else np.interp(z_m, model.radius_z_m, face.sigma_m)
+        for face in model.faces
+    ]
+    half_m = model.face_distances_at(np.array([z_m - HALF_STEP_M, z_m, z_m + HALF_STEP_M]))
+    return Outline(
+        center_m=model.axis_at(z_m),
+        azimuth_rad=model.face_azimuths_rad(z_m),
+        half_m=half_m[1],
+        taper=(half_m[2] - half_m[0]) / (2.0 * HALF_STEP_M),
+        sigma_m=np.array(sigmas),
+    )
+
+
+def _fit_one(index: int, section: Section, method: Method) -> SectionFit:
     fitted = fit_contour(method.contour, section)
     if isinstance(fitted, FitFailure):
         return _failed(index, section, fitted.reason)

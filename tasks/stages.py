@@ -12,7 +12,7 @@ import numpy as np
 
 from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
 from storage.errors import InputError
-from storage.records import AccuracyRow, CoverageCell, SectionFit, TiltRow
+from storage.records import AccuracyRow, CoverageCell, SectionFit, SurfaceMapCell, TiltRow
 from storage.workspace import Workspace
 from tasks.caching import lasting, stage
 from tasks.conventions import azimuth_deg
@@ -22,7 +22,7 @@ from tasks.evaluation import NamedLean, Occasion, Standard, evaluate
 from tasks.exchange import plain, rebuild
 from tasks.geometry.failure import FitFailure
 from tasks.ingest import Scan, ScanRequest, read_scan
-from tasks.lean import Lean, StationShares, lean_of_sections
+from tasks.lean import Lean, evidence_of
 from tasks.methods import Method
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior
@@ -38,8 +38,14 @@ from tasks.registration import (
     registered_cloud,
     stable_surroundings,
 )
-from tasks.sections import fit_sections
+from tasks.scheme_lean import lean_of_slices
+from tasks.sections import fit_slices
+from tasks.shaft_slices import ShaftCloud, slice_cloud
+from tasks.sight_noise import ScannerNoise, sight_sigmas
+from tasks.slice_evidence import sum_slices
 from tasks.slicing import SlicingScheme
+from tasks.surface_map import MapQuestion, map_surface
+from tasks.whole_surface import SurfaceQuestion, lean_of_surface, round_cut_named
 
 JsonRef = dict[str, Json]
 
@@ -166,36 +172,99 @@ def rate_coverage(
 @stage("slicing")
 def slice_shaft(
     workspace: str,
-    shaft: dict[str, JsonRef],
+    shaft: dict[str, Any],
+    sights: dict[str, Any] | None,
     scheme: dict[str, Json],
     method: dict[str, Json],
     shaft_z_m: list[float],
 ) -> Outcome:
-    """Cut the shaft by one scheme and fit the method's contour to every slice."""
+    """Cut the shaft by one scheme and fit the method's contour to every slice.
+
+    ``sights`` are the registration and the noise of the scanner where the sigma of every point counts.
+    """
     points_m = _array(workspace, shaft["points"])
-    model = rebuild(ShaftModel, get_json(_at(workspace), ArtifactRef.from_json(shaft["model"])))
+    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
+    sigma_m = None if sights is None else _sight_sigmas(workspace, points_m, shaft["stations"], model, sights)
+    cloud, how = ShaftCloud(points_m, model, sigma_m), rebuild(Method, method)
     low, high = shaft_z_m
-    sections = fit_sections(
-        points_m, model, rebuild(SlicingScheme, scheme), rebuild(Method, method), (low, high)
-    )
-    return Outcome(
-        {"sections": put_rows(_at(workspace), "sections", SectionFit, sections)}, {}, len(points_m)
+    slices = slice_cloud(cloud, rebuild(SlicingScheme, scheme), how, (low, high))
+    sections = fit_slices(cloud, slices, how)
+    stations = _array(workspace, shaft["stations"])
+    sums = sum_slices(cloud, stations, shaft["n_stations"], slices, sections)
+    refs = {
+        "sections": put_rows(_at(workspace), "sections", SectionFit, sections),
+        "stations": put_array(_at(workspace), "slice-stations", sums),
+    }
+    return Outcome(refs, {}, len(points_m))
+
+
+def _sight_sigmas(
+    workspace: str, points_m: Any, stations: JsonRef, model: ShaftModel, sights: dict[str, Any]
+) -> Any:
+    poses = _registration(workspace, sights["registration"]).poses
+    return sight_sigmas(
+        points_m,
+        _array(workspace, stations),
+        np.array([pose.position_m for pose in poses]),
+        model,
+        rebuild(ScannerNoise, sights["noise"]),
     )
 
 
 @stage("axis")
 def fit_scheme_axis(
-    workspace: str, sections: JsonRef, method: dict[str, Json], registration: JsonRef, shaft: dict[str, Any]
+    workspace: str,
+    slices: dict[str, JsonRef],
+    method: dict[str, Json],
+    registration: JsonRef,
+    model: JsonRef,
+    round_cut: str,
 ) -> Outcome | FitFailure:
     """Fit the axis of one scheme and method, with the covariance of its lean vector."""
-    rows = get_rows(_at(workspace), ArtifactRef.from_json(sections), SectionFit)
-    covariance = _registration(workspace, registration).covariance
-    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    stations = StationShares(np.array(shaft["shares"]), covariance)
-    lean = lean_of_sections(rows, rebuild(Method, method), stations, model)
+    rows = tuple(get_rows(_at(workspace), ArtifactRef.from_json(slices["sections"]), SectionFit))
+    evidence = evidence_of(_array(workspace, slices["stations"]), _registration(workspace, registration))
+    shaft = rebuild(ShaftModel, _json(workspace, model))
+    lean = lean_of_slices(rows, rebuild(Method, method), evidence, shaft, round_cut_named(round_cut))
     if isinstance(lean, FitFailure):
         return lean
     return Outcome({"lean": put_json(_at(workspace), "lean", plain(lean))})
+
+
+@stage("surface")
+def fit_whole_surface(
+    workspace: str, shaft: dict[str, JsonRef], registration: JsonRef, question: dict[str, Json]
+) -> Outcome | FitFailure:
+    """Fit axis and radius profile to all points of the shaft at once."""
+    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
+    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
+    found = lean_of_surface(
+        cloud, model, _registration(workspace, registration), rebuild(SurfaceQuestion, question)
+    )
+    if isinstance(found, FitFailure):
+        return found
+    refs = {
+        "lean": put_json(_at(workspace), "lean", plain(found.lean)),
+        "sections": put_rows(_at(workspace), "sections", SectionFit, found.bands),
+    }
+    return Outcome(refs, {}, len(cloud.points_m))
+
+
+@stage("surface map")
+def map_whole_surface(
+    workspace: str, shaft: dict[str, JsonRef], registration: JsonRef, lean: JsonRef, question: dict[str, Json]
+) -> Outcome | FitFailure:
+    """Map what the surface of the shaft is off a straight shaft, and off its design."""
+    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
+    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
+    axis, known = rebuild(Lean, _json(workspace, lean)), _registration(workspace, registration)
+    cells = map_surface(cloud, model, axis, known, rebuild(MapQuestion, question))
+    if isinstance(cells, FitFailure):
+        return cells
+    return Outcome(
+        {"surface map": put_rows(_at(workspace), "surface-map", SurfaceMapCell, cells)},
+        {},
+        len(cloud.points_m),
+    )
 
 
 @stage("evaluation")

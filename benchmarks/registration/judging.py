@@ -11,11 +11,11 @@ from benchmarks.registration.known import KnownEpoch, heading_rad
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_shaft import EpochShaft, isolate_epoch
 from tasks.geometry.failure import FitFailure
-from tasks.lean import Lean, StationShares, lean_of_sections
+from tasks.lean import Lean
 from tasks.methods import method_of
 from tasks.preprocessing import ShaftOptions
 from tasks.registration import Registration
-from tasks.sections import fit_sections
+from tasks.scheme_lean import IsolatedShaft, lean_of_scheme
 from tasks.slicing import SCHEMES
 
 SCHEME: Final = "A"
@@ -45,11 +45,8 @@ def shaft_after(epoch: KnownEpoch, registration: Registration) -> EpochShaft | F
 
 def lean_of(epoch: KnownEpoch, registration: Registration, shaft: EpochShaft) -> Lean | FitFailure:
     """The same slices and fits for every method: scheme A, robust."""
-    scheme = SCHEMES[SCHEME]
-    method = method_of(scheme, METHOD)
-    sections = fit_sections(shaft.cloud.points_m, shaft.model, scheme, method, epoch.prior.shaft_z_m)
-    shares = StationShares(shaft.shares, registration.covariance)
-    return lean_of_sections(sections, method, shares, shaft.model)
+    isolated = IsolatedShaft(shaft.cloud, shaft.model, registration, epoch.prior.shaft_z_m)
+    return lean_of_scheme(isolated, SCHEMES[SCHEME], method_of(SCHEMES[SCHEME], METHOD))
 
 
 def replaced(shaft: EpochShaft, before: Registration, after: Registration) -> EpochShaft:

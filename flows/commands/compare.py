@@ -12,6 +12,7 @@ from storage.errors import StorageError, UsageError
 
 if TYPE_CHECKING:
     from storage.views import ChangeRow
+    from tasks.epoch_difference import ReferenceChange
 
 
 def compare(
@@ -25,7 +26,8 @@ def compare(
 ) -> int:
     """Say for every scheme and method how far the top moved between two epochs.
 
-    A change is significant where its probability without any movement is below 1 %.
+    A change is significant where its probability without any movement is below 1 %. What others measured in both epochs
+    stands below ours, by its source.
 
     Parameters
     ----------
@@ -35,7 +37,7 @@ def compare(
         The epoch to count from.
     """
     from storage.workspace import existing_workspace
-    from tasks.epoch_difference import epoch_differences
+    from tasks.epoch_difference import epoch_differences, reference_differences
     from tasks.settings import load_campaign
 
     campaign = load_campaign(file)
@@ -44,16 +46,17 @@ def compare(
         raise UsageError(f"epoch {epoch!r} cannot be compared with itself; name two epochs")
     place = existing_workspace(workspace_of(campaign.folder, workspace))
     rows = epoch_differences(place, campaign.structure.id, epoch, reference)
-    if not rows:
+    measured = reference_differences(place, campaign.structure.id, epoch, reference)
+    if not rows and not measured:
         raise StorageError(
             f"no scheme has an axis in both {epoch} and {reference}; `tiltwatch run {file}` processes what is missing"
         )
     if as_json:
-        return answer(0, {"primary": list(campaign.report.primary), "changes": [_facts(row) for row in rows]})
-    say(
-        f"{campaign.structure.title}: movement of the top at {rows[0].height_m:g} m from {reference} to {epoch}"
-    )
-    say(*(_line(row, campaign.report.primary) for row in rows))
+        facts = {"changes": [_facts(row) for row in rows], "references": [asdict(row) for row in measured]}
+        return answer(0, {"primary": list(campaign.report.primary), **facts})
+    height_m = rows[0].height_m if rows else measured[0].height_m
+    say(f"{campaign.structure.title}: movement of the top at {height_m:g} m from {reference} to {epoch}")
+    say(*(_line(row, campaign.report.primary) for row in rows), *(_measured_line(row) for row in measured))
     return 0
 
 
@@ -67,12 +70,20 @@ def _facts(row: "ChangeRow") -> dict[str, bool | float | str | None]:
 
 
 def _line(row: "ChangeRow", primary: tuple[str, str]) -> str:
+    mark = "  <- primary" if (row.scheme, row.method) == tuple(primary) else ""
+    return f"{row.scheme}/{row.method}: {_movement(row)}{mark}"
+
+
+def _measured_line(row: "ReferenceChange") -> str:
+    return f"{row.source} (reference): {_movement(row)}"
+
+
+def _movement(row: "ChangeRow | ReferenceChange") -> str:
     from flows.condition_text import significance_text
 
     sigma = "uncertainty unknown" if row.sigma_top_m is None else f"± {2e3 * row.sigma_top_m:.2f} mm (k=2)"
-    mark = "  <- primary" if (row.scheme, row.method) == tuple(primary) else ""
     significance = significance_text(row.significant, row.p_value, row.smallest_detectable_m)
     return (
-        f"{row.scheme}/{row.method}: {1e3 * row.d_top_m:.2f} {sigma}, east {1e3 * row.height_m * row.d_lean_east:+.2f} mm,"
-        f" north {1e3 * row.height_m * row.d_lean_north:+.2f} mm, {significance}{mark}"
+        f"{1e3 * row.d_top_m:.2f} {sigma}, east {1e3 * row.height_m * row.d_lean_east:+.2f} mm,"
+        f" north {1e3 * row.height_m * row.d_lean_north:+.2f} mm, {significance}"
     )

@@ -29,7 +29,8 @@ def export(
     Parameters
     ----------
     what
-        epochs, stations, pairs, coverage, slices, tilt, accuracy, changes, alarms, runs, schemes, removals or latest.
+        epochs, stations, pairs, coverage, surface_map, surface_changes, slices, tilt, accuracy, changes, reference_leans,
+        scheme_comparison, alarms, runs, schemes, removals or latest.
     file_format
         csv, json or parquet.
     out

@@ -14,6 +14,8 @@ def init(
     kind: Annotated[str, Parameter(name="KIND")],
     file: Annotated[Path, Parameter(name="FILE")] = Path("campaign.toml"),
     /,
+    *,
+    wants_plan: Annotated[bool, Parameter(name="--plan", negative="", show_default=False)] = False,
 ) -> int:
     """Write a commented example of a campaign file; an existing file is never overwritten.
 
@@ -23,10 +25,13 @@ def init(
         chimney, tower, silo, tank, mast, column, stem or square-tower.
     file
         Where to write it.
+    wants_plan
+        Write a plan file instead: a survey to come, for `tiltwatch plan`.
     """
     from tasks.settings.example import example_campaign
+    from tasks.settings.plan_example import example_plan
 
-    text = example_campaign(kind)
+    text = example_plan(kind) if wants_plan else example_campaign(kind)
     try:
         with file.open("x", encoding="utf-8", newline="\n") as new:
             new.write(text)
@@ -35,5 +40,5 @@ def init(
     except OSError as error:
         raise UsageError(f"{file} cannot be written: {error.strerror}; name another file") from error
     say(str(file))
-    note(f"next: edit {file}, then `tiltwatch check {file}`")
+    note(f"next: edit {file}, then `tiltwatch {'plan' if wants_plan else 'check'} {file}`")
     return 0

@@ -24,3 +24,7 @@ class AccuracyRow:
     relative_error_pct: Annotated[
         float | None, Column("eq. 23; NULL for azimuth_deg, where it has no meaning", "pct")
     ]
+    reference_sigma: Annotated[
+        float | None,
+        Column("standard deviation of reference, in its unit; NULL where unknown, and for beta_deg"),
+    ] = None

@@ -29,3 +29,10 @@ class SliceRow(SectionFit):
         float | None,
         Column("north of the centre minus that of the straight axis at its height; NULL without both", "m"),
     ] = None
+    radius_offset_m: Annotated[
+        float | None,
+        Column(
+            "radius minus the straight line that fits the radii of all slices over height; NULL below 3 radii",
+            "m",
+        ),
+    ] = None

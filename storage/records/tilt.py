@@ -82,6 +82,18 @@ class TiltRow:
         float | None,
         Column("largest distance of a parabola through the centres from the line, within the shaft", "m"),
     ]
+    form_cov_ee: Annotated[
+        float | None,
+        Column(
+            "the part of lean_cov_ee that the form of the wall causes, which stays from epoch to epoch", "1"
+        ),
+    ] = None
+    form_cov_en: Annotated[
+        float | None, Column("the part of lean_cov_en that the form of the wall causes", "1")
+    ] = None
+    form_cov_nn: Annotated[
+        float | None, Column("the part of lean_cov_nn that the form of the wall causes", "1")
+    ] = None
     covariance_source: Annotated[
         str | None,
         Column("where lean_cov_* comes from: propagation, or jackknife where that is significantly larger"),
@@ -147,6 +159,14 @@ class TiltRow:
         Column(
             "factor 1 + k^2 by which horizontal cuts of the tapering shaft lean more and that was taken out",
             "1",
+        ),
+    ] = None
+    base_sigma_m: Annotated[
+        float | None,
+        Column(
+            "standard deviation of one component of base_east_m, base_north_m, by propagation of points, form,"
+            " registration and level; root mean square of both",
+            "m",
         ),
     ] = None
     warning: Annotated[str | None, Column("what to mind before signing")] = None

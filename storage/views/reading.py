@@ -18,14 +18,18 @@ from storage.records import (
     CoverageRow,
     EpochRow,
     PairRow,
+    ReferenceLeanRow,
     RemovalRow,
+    SchemeComparisonRow,
     SchemeRow,
     SliceRow,
     StageRunRow,
     StationRow,
+    SurfaceMapRow,
     TiltRow,
     columns_of,
 )
+from storage.surface_change import SurfaceChangeRow
 from storage.tables import files_of, key_of
 from storage.view_definitions import view_definition
 from storage.workspace import Workspace
@@ -59,6 +63,18 @@ def coverage_rows(ws: Workspace, structure: str, epoch: str) -> list[CoverageRow
     return _rows(ws, "coverage", CoverageRow, chosen, "z_low_m, azimuth_low_deg")
 
 
+def surface_map_rows(ws: Workspace, structure: str, epoch: str) -> list[SurfaceMapRow]:
+    """How far the surface is off its shape in an epoch, from the bottom, clockwise from north."""
+    chosen = {"structure": structure, "epoch": epoch}
+    return _rows(ws, "surface_map", SurfaceMapRow, chosen, "z_low_m, azimuth_deg")
+
+
+def surface_change_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[SurfaceChangeRow]:
+    """How far the surface moved against the reference epoch, from the bottom, clockwise from north."""
+    order = "epoch_time, epoch, z_low_m, azimuth_deg"
+    return _rows(ws, "surface_changes", SurfaceChangeRow, _chosen(structure, epoch), order)
+
+
 def removal_rows(ws: Workspace, structure: str, epoch: str) -> list[RemovalRow]:
     """What preprocessing removed in an epoch, in the order in which it did."""
     return _rows(ws, "removals", RemovalRow, {"structure": structure, "epoch": epoch}, "step")
@@ -83,6 +99,21 @@ def tilt_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[T
 def accuracy_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AccuracyRow]:
     """The comparison of the schemes with the control."""
     return _rows(ws, "accuracy", AccuracyRow, _chosen(structure, epoch), "epoch, scheme, method, quantity")
+
+
+def reference_lean_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[ReferenceLeanRow]:
+    """The leans measured by other means, of one epoch or of all, the earliest first."""
+    return _rows(
+        ws, "reference_leans", ReferenceLeanRow, _chosen(structure, epoch), "epoch_time, epoch, source"
+    )
+
+
+def scheme_comparison_rows(
+    ws: Workspace, structure: str, epoch: str | None = None
+) -> list[SchemeComparisonRow]:
+    """The schemes and reference measurements beside the primary; the references after the schemes."""
+    order = "epoch, scheme IS NULL, scheme, method, compared"
+    return _rows(ws, "scheme_comparison", SchemeComparisonRow, _chosen(structure, epoch), order)
 
 
 def change_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[ChangeRow]:

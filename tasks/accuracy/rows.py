@@ -82,4 +82,5 @@ def _compare(row: TiltRow, quantity: str, control: Control) -> AccuracyRow | Non
         reference=reference,
         difference=difference(quantity, value, reference),
         relative_error_pct=error_pct(quantity, value, reference),
+        reference_sigma=control.sigma_of(quantity),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.axis.centres import Centres
-from tasks.axis.line import MOST_TILT_DEG, Axis
+from tasks.axis.line import MOST_TILT_DEG, Axis, AxisCurve
 from tasks.axis.model import AxisEstimator
 from tasks.axis.robust_line import LEAST_FOR_BENDING
 from tasks.geometry.failure import FitFailure
@@ -18,7 +18,7 @@ from tasks.geometry.variants import choose, discover
 AXES: Final[dict[str, AxisEstimator]] = discover(__name__, "AXIS", AxisEstimator)
 """The axis estimators that are shipped, by name."""
 
-__all__ = ["AXES", "LEAST_FOR_BENDING", "Axis", "AxisEstimator", "fit_axis"]
+__all__ = ["AXES", "LEAST_FOR_BENDING", "Axis", "AxisCurve", "AxisEstimator", "fit_axis"]
 
 
 def fit_axis(

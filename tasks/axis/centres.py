@@ -39,6 +39,15 @@ class Centres:
         """Height of the highest centre above the lowest, metres."""
         return float(np.ptp(self.points_m[:, 2]))
 
+    @property
+    def heights(self) -> int:
+        """Number of different heights."""
+        return len(np.unique(self.points_m[:, 2]))
+
+    def place(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Heights (k,) in the range of the centres, mapped to -1 ... 1."""
+        return np.asarray(2.0 * (z_m - self.lowest_m) / self.span_m - 1.0)
+
     def unfit(self) -> FitFailure | None:
         """Say why no axis can be fitted, or None if one can be tried."""
         if self.count < 2:

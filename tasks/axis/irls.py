@@ -93,6 +93,7 @@ def fit_irls(
         rmse_m=None if two else rmse,
         bending_m=bending_m(centres, np.ones(centres.count)),
         update_weight_ratio_pct=update_weight_ratio_pct(weights),
+        lever_weights=np.ones(centres.count),
     )
 
 

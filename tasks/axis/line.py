@@ -75,6 +75,9 @@ class Axis:
         The form of the axis; None for estimators that know only a line.
     warning : str or None
         What to mind before signing.
+    lever_weights : (m,) array or None
+        Weights with which the lean follows small shifts of the centres, where they are not ``weights``: a weight that is
+        a residual turned over says nothing of it.
     """
 
     point_m: NDArray[np.float64]
@@ -90,6 +93,12 @@ class Axis:
     update_weight_ratio_pct: float | None
     curve: AxisCurve | None = None
     warning: str | None = None
+    lever_weights: NDArray[np.float64] | None = None
+
+    @property
+    def levers(self) -> NDArray[np.float64]:
+        """Weights (m,) with which the lean follows small shifts of the centres."""
+        return self.weights if self.lever_weights is None else self.lever_weights
 
     @property
     def lean(self) -> NDArray[np.float64]:

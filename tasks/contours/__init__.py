@@ -6,6 +6,7 @@ A contour model is one file of this folder that defines ``CONTOUR``; it is found
 from typing import Final
 
 from tasks.contours.model import ContourModel
+from tasks.contours.outline import Outline
 from tasks.contours.section import Contour, Section
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.variants import choose, discover
@@ -13,7 +14,7 @@ from tasks.geometry.variants import choose, discover
 CONTOURS: Final[dict[str, ContourModel]] = discover(__name__, "CONTOUR", ContourModel)
 """The contour models that are shipped, by name."""
 
-__all__ = ["CONTOURS", "Contour", "ContourModel", "Section", "fit_contour"]
+__all__ = ["CONTOURS", "Contour", "ContourModel", "Outline", "Section", "fit_contour"]
 
 
 def fit_contour(name: str, section: Section) -> Contour | FitFailure:

@@ -47,9 +47,11 @@ def resistant_circle(section: StraightSection) -> Circle | FitFailure:
     Rousseeuw 1984, Least median of squares regression, JASA 79.
     """
     taubin = taubin_circle(section.xy_m)
-    sample = _spread_along_contour(section, taubin)
+    order = order_along_contour(section, taubin)
+    count = min(len(order), CANDIDATE_POINTS)
+    sample = order[np.linspace(0, len(order) - 1, count).astype(np.intp)]
     xy, widening = section.xy_m[sample], section.widening_m[sample]
-    centers = _centers_through_three(xy)
+    centers = _centers_a_third_apart(xy)
     if isinstance(taubin, Circle):
         centers = np.vstack([[taubin.east_m, taubin.north_m], centers])
     if not len(centers):
@@ -61,25 +63,22 @@ def resistant_circle(section: StraightSection) -> Circle | FitFailure:
     return circle if circle.finite else FitFailure("needs points around a contour, got no finite circle")
 
 
-def _spread_along_contour(section: StraightSection, rough: Circle | FitFailure) -> NDArray[np.intp]:
-    """Indices of at most ``CANDIDATE_POINTS`` points in the order in which they follow each other on the contour."""
+def order_along_contour(section: StraightSection, rough: Circle | FitFailure) -> NDArray[np.intp]:
+    """Indices (n,) of the points as they follow each other about a rough circle, the widest gap between last and first."""
     middle = np.array([rough.east_m, rough.north_m]) if isinstance(rough, Circle) else np.zeros(2)
     east, north = (section.xy_m - middle).T
-    order = np.argsort(np.arctan2(north, east))
+    angles = np.arctan2(north, east)
+    order = np.argsort(angles)
     # cut the ring at its widest gap, so that an arc is one run from end to end
-    angles = np.arctan2(north, east)[order]
-    gaps = np.diff(angles, append=angles[0] + 2 * np.pi)
-    order = np.roll(order, -(int(np.argmax(gaps)) + 1))
-    count = min(len(order), CANDIDATE_POINTS)
-    return np.asarray(order[np.linspace(0, len(order) - 1, count).astype(np.intp)])
+    gaps = np.diff(angles[order], append=angles[order[0]] + 2 * np.pi)
+    return np.asarray(np.roll(order, -(int(np.argmax(gaps)) + 1)))
 
 
-def _centers_through_three(xy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Centres (k, 2) of the circles through point i and those a third and two thirds of the run further on."""
-    n = len(xy)
-    first = xy
-    to_second = np.roll(xy, -(n // 3), axis=0) - first
-    to_third = np.roll(xy, -(2 * n // 3), axis=0) - first
+def centers_through_three(
+    first: NDArray[np.float64], second: NDArray[np.float64], third: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Centres (k, 2) of the circles through points of three sets (n, 2), those on one line left out."""
+    to_second, to_third = second - first, third - first
     double_area = to_second[:, 0] * to_third[:, 1] - to_second[:, 1] * to_third[:, 0]
     square_second, square_third = (to_second**2).sum(axis=1), (to_third**2).sum(axis=1)
     good = np.abs(double_area) > 1e-9 * (square_second + square_third)
@@ -90,3 +89,9 @@ def _centers_through_three(xy: NDArray[np.float64]) -> NDArray[np.float64]:
         ]
     )
     return np.asarray(first[good] + numerator[good] / (2 * double_area[good, None]))
+
+
+def _centers_a_third_apart(xy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Centres (k, 2) of the circles through point i and those a third and two thirds of the run further on."""
+    n = len(xy)
+    return centers_through_three(xy, np.roll(xy, -(n // 3), axis=0), np.roll(xy, -(2 * n // 3), axis=0))

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.contours.circle import Circle, arc_coverage_deg, center_distances
+from tasks.contours.circle_fit import circle_noise_m
 from tasks.contours.model import ContourModel
 from tasks.contours.section import Contour, Section
 from tasks.geometry.failure import FitFailure
@@ -46,6 +47,7 @@ def fit_kasa(section: Section) -> Contour | FitFailure:
         rmse_m=float(np.sqrt(np.mean(distances**2))),
         n_used=len(local),
         arc_coverage_deg=arc_coverage_deg(local, circle),
+        noise_m=circle_noise_m(distances),
     )
 
 

@@ -11,10 +11,12 @@ from tasks.geometry.failure import FitFailure
 class ContourModel:
     """A way from the points of a slice to a centre.
 
-    ``fit`` gets at least ``min_points`` finite points that do not lie on one line.
+    ``fit`` gets at least ``min_points`` finite points that do not lie on one line. A model that ``weighs_sights`` needs
+    ``Section.sigma_m``; the others do without.
     """
 
     name: str
     description: str
     min_points: int
     fit: Callable[[Section], Contour | FitFailure]
+    weighs_sights: bool = False

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import ShapeError
+from tasks.contours.outline import Outline
 from tasks.geometry.failure import FitFailure
 
 STRAIGHT: Final = 1e-6
@@ -32,6 +33,8 @@ class Section:
     sigma_m : (n,) array or None
         Standard deviation of each point across the surface as instrument and line of sight give it, metres; None where
         the stations of the points are not known. Only ratios of it matter.
+    outline : Outline or None
+        The faces of a shaft that has plane ones; None for a round shaft, or where nothing is known of them.
     """
 
     points_m: NDArray[np.float64]
@@ -41,6 +44,7 @@ class Section:
     lean_east: float = 0.0
     lean_north: float = 0.0
     sigma_m: NDArray[np.float64] | None = None
+    outline: Outline | None = None
 
     def __post_init__(self) -> None:
         if self.points_m.ndim != 2 or self.points_m.shape[1] != 3:

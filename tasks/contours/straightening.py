@@ -40,3 +40,10 @@ def straighten(section: Section) -> StraightSection:
     xy = section.points_m[:, :2] - origin - rise[:, None] * lean
     # column by column in memory: every use takes east and north apart
     return StraightSection(np.asfortranarray(xy), section.taper * rise, origin)
+
+
+def flatten(section: Section) -> StraightSection:
+    """Drop a slice on the plane as it is: what a plumb cylinder sees, lean and taper stay in."""
+    origin = section.points_m[:, :2].mean(axis=0)
+    xy = section.points_m[:, :2] - origin
+    return StraightSection(np.asfortranarray(xy), np.zeros(len(xy)), origin)

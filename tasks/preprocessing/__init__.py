@@ -2,7 +2,7 @@
 
 from tasks.preprocessing.isolation import KEPT, REASONS, Removal, Shaft, isolate_shaft
 from tasks.preprocessing.kinds import KINDS
-from tasks.preprocessing.model import ShaftModel
+from tasks.preprocessing.model import ShaftFace, ShaftModel
 from tasks.preprocessing.prior import ShaftOptions, StructurePrior
 from tasks.preprocessing.units import OTHER_UNITS, LengthUnit
 
@@ -14,6 +14,7 @@ __all__ = [
     "LengthUnit",
     "Removal",
     "Shaft",
+    "ShaftFace",
     "ShaftModel",
     "ShaftOptions",
     "StructurePrior",

@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 from storage.errors import ShapeError
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.variants import choose
-from tasks.preprocessing.bands import sample_bands
 from tasks.preprocessing.denoising import find_isolated
+from tasks.preprocessing.finding import FoundSurface, find_surface
 from tasks.preprocessing.kinds import KINDS, StructureKind
 from tasks.preprocessing.model import ShaftModel
 from tasks.preprocessing.prior import ShaftOptions, StructurePrior
 from tasks.preprocessing.redundancy import find_duplicates
-from tasks.preprocessing.search import find_rough_shaft, reach_m
-from tasks.preprocessing.surface import TERMS, Surface, fit_surface, place_about
+from tasks.preprocessing.search import reach_m
 from tasks.preprocessing.units import likely_unit
 
 REASONS: Final = (
@@ -31,12 +30,6 @@ REASONS: Final = (
 """Why a point goes, in the order in which it is asked; the last one stays."""
 
 KEPT: Final = len(REASONS) - 1
-
-POINTS_PER_BAND_FIT: Final = 1500
-"""Points of a band that fit the surface: 1500 leave a centre good to a thirtieth of the noise."""
-
-START_GATE_RADII: Final = 0.15
-"""Half width, in radii, of the first gate around the rough shaft: what its parabola may be off."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +59,9 @@ def isolate_shaft(
 ) -> Shaft | FitFailure:
     """Separate the shaft of a structure from everything else in a cloud.
 
-    Circles found by consensus in height bands are linked into a rough shaft, a surface that may bend, taper and be
-    oval is fitted to it robustly, and points stay that are within a symmetric gate of that surface, are not alone
-    there and are the first of their voxel.
+    Circles (of a kind with faces: planes) found by consensus in height bands are linked into a rough shaft, a surface
+    that may bend, taper and be oval (with faces: turn) is fitted to it robustly, and points stay that are within a
+    symmetric gate of that surface, are not alone there and are the first of their voxel.
 
     Parameters
     ----------
@@ -90,18 +83,13 @@ def isolate_shaft(
     if points_m.ndim != 2 or points_m.shape[1] != 3:
         raise ShapeError(f"isolate_shaft needs points (n, 3), got {points_m.shape}")
     kind = choose(KINDS, prior.kind, "kind of structure")
-    if kind.unsupported_because:
-        able = ", ".join(sorted(name for name, other in KINDS.items() if not other.unsupported_because))
-        return FitFailure(
-            f"kind {kind.name} is not supported yet: {kind.unsupported_because}; supported: {able}"
-        )
     reason = _gate(points_m, prior, reach_m(prior, kind))
     near = np.flatnonzero(reason == KEPT)
-    surface = _find_surface(points_m[near], prior, kind, options)
-    if isinstance(surface, FitFailure):
-        return _explain(surface, points_m, prior, kind, reason)
-    reason[near] = _sort_by_surface(points_m[near], surface, options)
-    return _shaft(surface, reason)
+    found = find_surface(points_m[near], prior, kind, options.seed)
+    if isinstance(found, FitFailure):
+        return _explain(found, points_m, prior, kind, reason)
+    reason[near] = _sort_by_surface(points_m[near], found, options)
+    return _shaft(found, reason)
 
 
 def _gate(points_m: NDArray[np.float64], prior: StructurePrior, within_m: float) -> NDArray[np.uint8]:
@@ -113,66 +101,28 @@ def _gate(points_m: NDArray[np.float64], prior: StructurePrior, within_m: float)
     return reason
 
 
-def _find_surface(
-    near_m: NDArray[np.float64], prior: StructurePrior, kind: StructureKind, options: ShaftOptions
-) -> Surface | FitFailure:
-    """Fit the surface to the points (n, 3) that passed the gates."""
-    rng = np.random.default_rng(options.seed)
-    rough = find_rough_shaft(near_m, prior, kind, rng)
-    if isinstance(rough, FitFailure):
-        return rough
-    knots_m = prior.band_edges_m()
-    values_m = np.zeros((len(knots_m), TERMS))
-    values_m[:, :3] = rough.at(knots_m)
-    if values_m[:, 2].min() <= 0.0:
-        return FitFailure(
-            f"needed positive radii over shaft_z_m {prior.shaft_z_m}, the round sections narrow to none"
-        )
-    start = Surface(knots_m, values_m, 0.0)
-    gate_m = START_GATE_RADII * float(values_m[:, 2].mean())
-    sample = np.concatenate(sample_bands(near_m[:, 2], knots_m, POINTS_PER_BAND_FIT, rng))
-    return fit_surface(start, near_m[sample], gate_m)
-
-
 def _sort_by_surface(
-    near_m: NDArray[np.float64], surface: Surface, options: ShaftOptions
+    near_m: NDArray[np.float64], found: FoundSurface, options: ShaftOptions
 ) -> NDArray[np.uint8]:
     """Reasons (n,) of points (n, 3) by their place about the surface and among each other."""
-    place = place_about(surface, near_m)
-    gate_m = options.gate_sigmas * surface.sigma_m + options.gate_radius_fraction * place.radius_m
+    place = found.place(near_m)
+    gate_m = options.gate_sigmas * found.model.noise_sigma_m + options.gate_radius_fraction * place.radius_m
     reason = np.full(len(near_m), KEPT, dtype=np.uint8)
     reason[place.off_m < -gate_m] = REASONS.index("inside the shaft")
     reason[place.off_m > gate_m] = REASONS.index("off the surface (ladder, platform, surroundings)")
     on = np.flatnonzero(reason == KEPT)
-    alone = find_isolated(place.around_m[on], near_m[on, 2], surface.knots_z_m, options.min_neighbours)
+    edges_m = np.array(found.model.radius_z_m)
+    alone = find_isolated(place.around_m[on], near_m[on, 2], edges_m, options.min_neighbours)
     reason[on[alone]] = REASONS.index("isolated")
     on = np.flatnonzero(reason == KEPT)
     reason[on[find_duplicates(near_m[on], options.voxel_m)]] = REASONS.index("duplicate")
     return reason
 
 
-def _shaft(surface: Surface, reason: NDArray[np.uint8]) -> Shaft:
+def _shaft(found: FoundSurface, reason: NDArray[np.uint8]) -> Shaft:
     counts = np.bincount(reason, minlength=len(REASONS))
     removed = tuple(Removal(name, int(n)) for name, n in zip(REASONS, counts, strict=True))
-    return Shaft(np.flatnonzero(reason == KEPT), reason, _model(surface), removed)
-
-
-def _model(surface: Surface) -> ShaftModel:
-    """Split the axis of the surface into the straight line, uniform over the height, and the bending about it."""
-    z_m, axis_m = surface.knots_z_m, surface.values_m[:, :2]
-    line = np.polyfit(z_m, axis_m, 1)
-    bend_m = axis_m - z_m[:, None] * line[0] - line[1]
-    return ShaftModel(
-        base_east_m=float(line[1, 0]),
-        base_north_m=float(line[1, 1]),
-        lean_east=float(line[0, 0]),
-        lean_north=float(line[0, 1]),
-        radius_z_m=tuple(z_m.tolist()),
-        radius_m=tuple(surface.values_m[:, 2].tolist()),
-        bend_east_m=tuple(bend_m[:, 0].tolist()),
-        bend_north_m=tuple(bend_m[:, 1].tolist()),
-        noise_sigma_m=surface.sigma_m,
-    )
+    return Shaft(np.flatnonzero(reason == KEPT), reason, found.model, removed)
 
 
 def _explain(

@@ -29,7 +29,13 @@ SCORE_MIN: Final = 0.12
 def reach_m(prior: StructurePrior, kind: StructureKind) -> float:
     """Horizontal distance from the prior's position that the shaft can reach, lean included; metres."""
     tall_m = prior.shaft_z_m[1] - min(prior.shaft_z_m[0], 0.0)
-    return kind.radius_window[1] * max(prior.radius_m) + kind.position_slack_m + kind.max_lean * tall_m
+    # a corner is farther out than the middle of its face
+    corner = 1.0 / np.cos(np.pi / kind.n_faces) if kind.n_faces else 1.0
+    return (
+        float(corner) * kind.radius_window[1] * max(prior.radius_m)
+        + kind.position_slack_m
+        + kind.max_lean * tall_m
+    )
 
 
 def find_rough_shaft(

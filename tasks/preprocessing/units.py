@@ -6,10 +6,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.geometry.failure import FitFailure
+from tasks.preprocessing.finding import is_there
 from tasks.preprocessing.kinds import StructureKind
 from tasks.preprocessing.prior import StructurePrior
-from tasks.preprocessing.search import find_rough_shaft, reach_m
+from tasks.preprocessing.search import reach_m
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ def likely_unit(points: NDArray[np.float64], prior: StructurePrior, kind: Struct
     """Return the unit in which the coordinates (n, 3) hold the shaft of the prior, if there is one."""
     for unit in OTHER_UNITS:
         near_m = _near(points * unit.in_m, prior, kind)
-        if not isinstance(find_rough_shaft(near_m, prior, kind, np.random.default_rng(0)), FitFailure):
+        if is_there(near_m, prior, kind):
             return unit
     return None
 

@@ -2,16 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import hypot
+from math import ceil, floor, hypot
 from pathlib import Path
 from typing import Final
 
 from storage.errors import InputError
+from tasks.methods import methods_of
 from tasks.settings.campaign import Campaign
 from tasks.settings.outline import EpochOutline, Named, NamedScan, Outline
 from tasks.settings.problems import Problem, nearest
 from tasks.settings.scan_paths import resolve_scan, same_file_key
 from tasks.settings.schemes import BUILT_IN, Scheme
+from tasks.settings.structure import Structure
+from tasks.slicing import SCHEMES, AdaptiveCut
 
 FARTHEST_M: Final = 10_000.0
 """No scanner sees a structure from farther away."""
@@ -36,6 +39,7 @@ def problems_between_names(outline: Outline, folder: Path) -> Iterator[Problem]:
 def problems_between_values(campaign: Campaign) -> Iterator[Problem]:
     """List what does not fit together in a campaign whose tables are each valid."""
     yield from _report(campaign)
+    yield from _design(campaign.structure)
     yield from _slices(campaign)
     yield from _far_stations(campaign)
     yield from _file_poses(campaign)
@@ -122,11 +126,36 @@ def _scheme_method(where: str, wanted: tuple[str, str], campaign: Campaign) -> I
     known = [*BUILT_IN, *campaign.schemes]
     if scheme not in known:
         yield Problem(where, f"unknown scheme {scheme!r}", f"known: {', '.join(known)}")
-    elif (scheme == "S") != (method == "surface"):
+    elif method not in (methods := _methods_of(scheme, campaign)):
         yield Problem(
-            where,
-            f"scheme {scheme!r} has no method {method!r}",
-            "S goes with surface, the others with paper or robust",
+            where, f"scheme {scheme!r} has no method {method!r}", f"{scheme} goes with {' or '.join(methods)}"
+        )
+
+
+def _methods_of(name: str, campaign: Campaign) -> list[str]:
+    own = campaign.schemes.get(name)
+    scheme = SCHEMES[name] if own is None else own.as_scheme(name)
+    return [method.name for method in methods_of(scheme)]
+
+
+def _design(structure: Structure) -> Iterator[Problem]:
+    """List designs that end within the shaft, and parts of a design without its radii."""
+    if structure.design_radius_m is None:
+        for name in ("design_lean", "design_base_xy_m"):
+            if name in structure.model_fields_set:
+                yield Problem(
+                    f"structure.{name}",
+                    "is a part of a design that has no radii",
+                    "add design_radius_m or drop it",
+                )
+        return
+    bottom, top = structure.design_radius_m[0][0], structure.design_radius_m[-1][0]
+    low, high = structure.shaft_z_m
+    if bottom > low or top < high:
+        yield Problem(
+            "structure.design_radius_m",
+            f"goes from {bottom:g} to {top:g} m and leaves out a part of shaft_z_m [{low:g}, {high:g}]",
+            "add the radii at its ends",
         )
 
 
@@ -149,12 +178,32 @@ def _slices_of(name: str, scheme: Scheme, shaft_z_m: tuple[float, float]) -> Ite
             yield Problem(
                 where, f"makes more than {MOST_SLICES} slices", f"write at least {span / MOST_SLICES:.3g}"
             )
+    if scheme.cut is not None:
+        yield from _following_slices(f"schemes.{name}.adaptive", scheme.cut, high - low)
     outside = [height for height in scheme.heights_m or () if not low <= height <= high]
     if outside:
         yield Problem(
             f"schemes.{name}.heights_m",
             f"{', '.join(f'{height:g}' for height in outside)} lies outside shaft_z_m [{low:g}, {high:g}]",
             "drop the height or widen structure.shaft_z_m",
+        )
+
+
+def _following_slices(where: str, cut: AdaptiveCut, span_m: float) -> Iterator[Problem]:
+    """Count the slices of an adaptive scheme where points are fewest, and where they are densest."""
+    half_m = floor(50.0 * span_m) / 100.0
+    if 2.0 * cut.most_thickness_m > span_m:
+        yield Problem(
+            where,
+            f"most_thickness_m = {cut.most_thickness_m:g} leaves 1 slice on the {span_m:g} m of shaft_z_m where points"
+            " are few; an axis needs at least 2",
+            f"write {{ sigma_center_m = {cut.sigma_center_m:g}, most_thickness_m = {half_m:g} }} or less",
+        )
+    if span_m / cut.least_thickness_m > MOST_SLICES:
+        yield Problem(
+            where,
+            f"least_thickness_m = {cut.least_thickness_m:g} may make more than {MOST_SLICES} slices",
+            f"write at least {ceil(1000.0 * span_m / MOST_SLICES) / 1000.0:g}",
         )
 
 

@@ -45,6 +45,9 @@ height_m = {height}                   # H: the verticality deviation is stated a
 shaft_z_m = [{low}, {height}]         # lower and upper end of the part that is sliced
 base_xy_m = [0.0, 0.0]                # rough position of the foot; a prior only
 radius_m = [{bottom}, {top}]          # rough radius at the two ends of shaft_z_m; a prior only{side}
+# design_radius_m = [[0.0, {bottom}], [{height}, {top}]]  # designed shape, [height, radius], for surface_map
+# design_lean = [0.0, 0.0]            # designed lean east, north; plumb where it is missing
+# design_base_xy_m = [0.0, 0.0]       # designed axis at z = 0; where it is missing, it starts at the measured foot
 
 [frame]
 axes = "ENU"                          # order of x, y, z of positions: ENU (east, north, up) or NEU
@@ -83,6 +86,10 @@ reference = true                      # changes are counted from this epoch
 # A slicing scheme of your own beside A to F and S:
 # [schemes.G]
 # interval_m = {interval}                      # or heights_m = [{low}, {height}]
+# contour = "robust_circle"           # contour model and axis estimator of method robust: docs/variants.md
+# axis = "robust_line"
+# [schemes.H]
+# adaptive = 0.002                    # slices just thick enough that every centre reaches this sigma
 
 # Surroundings that do not move, away from the structure; they tie later epochs to the reference beside GNSS:
 # [registration]
@@ -94,7 +101,7 @@ reference = true                      # changes are counted from this epoch
 # verticality_m = [[{half}, {half_limit}], [{height}, {limit}]]
 
 [report]
-primary = ["A", "robust"]             # the verdict comes from this scheme and method
+primary = ["S", "surface"]            # the verdict comes from this scheme and method
 control = ["F", "paper"]              # relative errors are counted against this
 
 # [files]

@@ -29,7 +29,7 @@ PLAIN: Final = {
     "string_pattern_mismatch": "needs 1 to 64 letters, digits, dots, underscores and hyphens,"
     " a letter or digit first",
 }
-UNION_TAGS: Final = {"pair", "source"}
+UNION_TAGS: Final = {"pair", "source", "sigma", "table"}
 """Members of unions in the models; pydantic puts them into the places of errors."""
 
 TIME_HINT: Final = "write it as 2025-03-14T06:00:00+08:00"

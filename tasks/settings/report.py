@@ -26,7 +26,7 @@ class Report(Section):
     """Which scheme and method the verdict and the control come from."""
 
     primary: SchemeMethod = Field(
-        default=("A", "robust"),
+        default=("S", "surface"),
         description="scheme and method (paper, robust or surface) of the verdict and the alarms",
     )
     control: Control = Field(

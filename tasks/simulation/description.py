@@ -134,7 +134,7 @@ heading_sigma_deg = {scanner.heading_sigma_deg}
 table = "gb50078-concrete-quoted"
 
 [report]
-primary = ["A", "robust"]
+primary = ["S", "surface"]
 control = ["F", "paper"]
 """
 

@@ -52,6 +52,41 @@ def cut_slices(
     return [np.sort(order[begin:end]) for begin, end in zip(begins, ends, strict=True)]
 
 
+def cut_between(z_m: NDArray[np.float64], edges_m: NDArray[np.float64]) -> list[NDArray[np.intp]]:
+    """Find the points of slices that stand on one another: e_j <= z < e_(j+1), the upper end of the last included.
+
+    Every point between the first edge and the last belongs to one slice.
+
+    Parameters
+    ----------
+    z_m : (n,) array
+        Heights of the points, metres.
+    edges_m : (m + 1,) array
+        Ends of the slices, ascending, in the same frame, metres; an empty one has no slices.
+
+    Returns
+    -------
+    list of (n_j,) arrays
+        For each slice the ascending indices into ``z_m``.
+
+    Raises
+    ------
+    ShapeError
+        If ``z_m`` or ``edges_m`` is not one-dimensional.
+    """
+    if z_m.ndim != 1 or edges_m.ndim != 1:
+        raise ShapeError(
+            f"cut_between needs heights (n,) and edges (m + 1,); got {z_m.shape} and {edges_m.shape}"
+        )
+    if not edges_m.size:
+        return []
+    order = np.argsort(z_m, kind="stable")
+    sorted_z = z_m[order]
+    begins = np.searchsorted(sorted_z, edges_m[:-1], side="left")
+    last = np.searchsorted(sorted_z, edges_m[-1] + ROUNDING_M, side="right")
+    return [np.sort(order[begin:end]) for begin, end in zip(begins, [*begins[1:], last], strict=True)]
+
+
 def _in_any(z_m: NDArray[np.float64], heights_m: NDArray[np.float64], half_m: float) -> NDArray[np.intp]:
     """Indices of the points within ``half_m`` of the nearest mid-height."""
     if not heights_m.size:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 from storage.errors import InputError, ShapeError
@@ -47,7 +47,7 @@ class SlicingScheme:
     ends_only : bool
         True for the first and the last slice that fit into the shaft.
     thickness_m : float
-        Height of a slice, metres.
+        Height of a slice, metres; of slices that follow the points the least.
     contour, axis : str
         Names of the contour model and the axis estimator of method ``paper``.
     robust_contour, robust_axis : str
@@ -86,8 +86,10 @@ def user_scheme(
     interval_m: float | None = None,
     heights_m: Sequence[float] | None = None,
     thickness_m: float = THICKNESS_M,
+    adaptive: AdaptiveCut | None = None,
+    surface: str | None = None,
 ) -> SlicingScheme:
-    """Make a scheme of a user's own, by interval or by a list of heights.
+    """Make a scheme of a user's own: by interval, by a list of heights, following the points, or without slices.
 
     Heights may come in any order; whether they lie in the shaft is checked where the shaft is known, in
     ``slice_heights``.
@@ -101,26 +103,52 @@ def user_scheme(
     heights_m : sequence of float, optional
         Mid-heights of the slices in the site frame, metres, at least 2.
     thickness_m : float
-        Height of a slice, metres, above 0.
+        Height of a slice, metres, above 0; of slices at an interval or at listed heights.
+    adaptive : AdaptiveCut, optional
+        Slices that follow the points.
+    surface : str, optional
+        Name of a model of the whole surface.
 
     Raises
     ------
     InputError
-        If both or none of ``interval_m`` and ``heights_m`` are given, or a value makes no sense.
+        If not exactly one of the four ways to cut is given, or a value makes no sense.
     """
     _check_length(name, "thickness_m", thickness_m)
-    if interval_m is not None and heights_m is not None:
-        raise InputError(f"scheme {name!r} needs interval_m or heights_m, got both")
+    ways = {"interval_m": interval_m, "heights_m": heights_m, "adaptive": adaptive, "surface": surface}
+    stated = [way for way, value in ways.items() if value is not None]
+    if len(stated) != 1:
+        raise InputError(
+            f"scheme {name!r} needs one of {', '.join(ways)}, got {' and '.join(stated) or 'none'}"
+        )
+    if adaptive is not None:
+        return _following(name, adaptive)
+    if surface is not None:
+        return SlicingScheme(name, f"whole surface by {surface}", surface=surface)
     if interval_m is not None:
         _check_length(name, "interval_m", interval_m)
         return SlicingScheme(
             name, f"every {interval_m:g} m", interval_m=float(interval_m), thickness_m=thickness_m
         )
-    if heights_m is None:
-        raise InputError(f"scheme {name!r} needs interval_m or heights_m, got none")
-    heights = _checked_heights(name, heights_m)
+    heights = _checked_heights(name, heights_m or ())
     return SlicingScheme(
         name, f"at {len(heights)} listed heights", heights_m=heights, thickness_m=thickness_m
+    )
+
+
+def _following(name: str, cut: AdaptiveCut) -> SlicingScheme:
+    for field in fields(cut):
+        _check_length(name, f"adaptive.{field.name}", getattr(cut, field.name))
+    if cut.least_thickness_m > cut.most_thickness_m:
+        raise InputError(
+            f"scheme {name!r} needs least_thickness_m up to most_thickness_m, "
+            f"got {cut.least_thickness_m:g} and {cut.most_thickness_m:g} m"
+        )
+    return SlicingScheme(
+        name,
+        f"as thick as a centre of {1000.0 * cut.sigma_center_m:g} mm needs",
+        thickness_m=cut.least_thickness_m,
+        adaptive=cut,
     )
 
 

@@ -1,5 +1,41 @@
-"""Uncertainty: what levelling and registration of the stations do to the lean vector."""
+"""Uncertainty: what points, levelling and registration of the stations do to the lean vector."""
 
+from tasks.uncertainty.jackknife import (
+    Source,
+    Stated,
+    hotelling_factor,
+    jackknife_covariance,
+    state_covariance,
+)
 from tasks.uncertainty.poses import combine, propagate_directional_poses, propagate_poses
+from tasks.uncertainty.slice_bootstrap import bootstrap_slices
+from tasks.uncertainty.slice_runs import form_of_slices
+from tasks.uncertainty.station_sums import (
+    Skin,
+    base_leverage,
+    changes_without_each,
+    leverage,
+    moved_by_poses,
+    pose_jacobian,
+    sum_by_station,
+)
 
-__all__ = ["combine", "propagate_directional_poses", "propagate_poses"]
+__all__ = [
+    "Skin",
+    "Source",
+    "Stated",
+    "base_leverage",
+    "bootstrap_slices",
+    "changes_without_each",
+    "combine",
+    "form_of_slices",
+    "hotelling_factor",
+    "jackknife_covariance",
+    "leverage",
+    "moved_by_poses",
+    "pose_jacobian",
+    "propagate_directional_poses",
+    "propagate_poses",
+    "state_covariance",
+    "sum_by_station",
+]

@@ -82,7 +82,7 @@ def test_a_primary_scheme_without_axis_degrades_the_epoch(
     capsys: pytest.CaptureFixture[str], unpublished: Site
 ) -> None:
     unpublished.append(THIN)
-    replace_text(unpublished.file, 'primary = ["A", "robust"]', 'primary = ["G", "paper"]')
+    replace_text(unpublished.file, 'primary = ["S", "surface"]', 'primary = ["G", "paper"]')
     told = unpublished.run("--epoch", SECOND, "--fail-on", "quality", "--json")
     assert told.code == 4
     assert state_of(told, SECOND)["state"] == "degraded"

@@ -27,7 +27,7 @@ class Stored:
 def stored_campaign(folder: Path) -> Stored:
     """Campaign of two epochs, e1 and e2, of which nothing is published yet."""
     file = folder / "campaign.toml"
-    file.write_text(edited('["A", "robust"]', '["A", "paper"]', WHOLE), encoding="utf-8")
+    file.write_text(edited('["S", "surface"]', '["A", "paper"]', WHOLE), encoding="utf-8")
     return Stored(file, open_workspace(folder / "tiltwatch-data"))
 
 
@@ -50,6 +50,7 @@ def publish(
         raise TypeError(control.reason)
     tables["tilt"] = rows
     tables["accuracy"] = accuracy_rows(rows, control)
+    tables["reference_leans"] = []
     publish_epoch(stored.workspace, "chimney-01", epoch, tables)
     rebuild_catalog(stored.workspace)
 

@@ -13,7 +13,19 @@ from tests.flows.calls import ROOT, call, call_process
 
 HEAVY = {"prefect", "numpy", "open3d", "pydantic", "duckdb", "pyarrow", "scipy", "laspy"}
 
-CONTRACT = ["demo", "init", "check", "schema", "run", "status", "compare", "export", "doctor", "verify"]
+CONTRACT = [
+    "demo",
+    "init",
+    "check",
+    "schema",
+    "plan",
+    "run",
+    "status",
+    "compare",
+    "export",
+    "doctor",
+    "verify",
+]
 
 
 def test_version_is_that_of_the_project() -> None:
@@ -50,7 +62,8 @@ def test_help_names_every_command_of_the_contract(capsys: pytest.CaptureFixture[
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_short_help_is_the_first_line_of_the_command(name: str) -> None:
-    command = getattr(importlib.import_module(f"flows.commands.{name}"), name)
+    module = name.replace("-", "_")
+    command = getattr(importlib.import_module(f"flows.commands.{module}"), module)
     assert command.__doc__.splitlines()[0] == COMMANDS[name]
 
 

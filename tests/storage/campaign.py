@@ -13,14 +13,18 @@ from storage.records import (
     CoverageRow,
     EpochRow,
     PairRow,
+    ReferenceLeanRow,
     RemovalRow,
+    SchemeComparisonRow,
     SchemeRow,
     SliceRow,
     StageRunRow,
     StationRow,
+    SurfaceMapRow,
     TiltRow,
 )
 from storage.workspace import Workspace
+from tests.storage.samples import bare_row
 
 STRUCTURE = "chimney-01"
 SETTINGS = '{"structure": "chimney-01"}'
@@ -174,6 +178,25 @@ def coverage_row(epoch: str, azimuth_deg: float, station: str | None = None) -> 
     )
 
 
+def surface_map_row(epoch: str, azimuth_deg: float, deviation_m: float | None = None) -> SurfaceMapRow:
+    seen = deviation_m is not None
+    return SurfaceMapRow(
+        structure=STRUCTURE,
+        epoch=epoch,
+        z_low_m=2.0,
+        z_high_m=4.5,
+        z_m=3.25,
+        azimuth_deg=azimuth_deg,
+        n_points=150 if seen else 0,
+        radius_m=4.6,
+        deviation_m=deviation_m,
+        deviation_sigma_m=0.0003 if seen else None,
+        placing_sigma_m=0.0004 if seen else None,
+        design_deviation_m=None,
+        design_sigma_m=None,
+    )
+
+
 def scheme_row(epoch: str) -> SchemeRow:
     return SchemeRow(
         STRUCTURE, epoch, "A", "paper", 1.0, 0.01, "kasa", "irls", N_SLICES, N_SLICES, "ok", None
@@ -182,6 +205,31 @@ def scheme_row(epoch: str) -> SchemeRow:
 
 def accuracy_row(epoch: str) -> AccuracyRow:
     return AccuracyRow(STRUCTURE, epoch, "A", "paper", "F/paper", "tilt_deg", 0.5172, 0.5175, -0.0003, -0.058)
+
+
+def reference_lean_row(epoch: str, number: int = 0, **changed: object) -> ReferenceLeanRow:
+    row = ReferenceLeanRow(
+        structure=STRUCTURE,
+        epoch=epoch,
+        epoch_time=epoch_time(number),
+        source="total station",
+        lean_east=0.00702,
+        lean_north=-0.00571,
+        sigma=0.00005,
+        tilt_deg=0.5185,
+        tilt_sigma_deg=0.0029,
+        azimuth_deg=129.1,
+        azimuth_sigma_deg=0.32,
+        height_m=HEIGHT_M,
+        deviation_m=0.923,
+        deviation_sigma_m=0.0051,
+    )
+    return replace(row, **changed)
+
+
+def scheme_comparison_row(epoch: str) -> SchemeComparisonRow:
+    row = bare_row(SchemeComparisonRow)
+    return replace(row, structure=STRUCTURE, epoch=epoch, compared="A/paper", against="A/robust")
 
 
 def alarm_row(epoch: str) -> AlarmRow:
@@ -216,10 +264,13 @@ def epoch_tables(
         "pairs": [pair_row(epoch)],
         "removals": [RemovalRow(STRUCTURE, epoch, 0, "ground", 60_000)],
         "coverage": [coverage_row(epoch, 0.0, "ST01"), coverage_row(epoch, 10.0)],
+        "surface_map": [surface_map_row(epoch, 5.0, 0.001 + 0.02 * number), surface_map_row(epoch, 15.0)],
         "slices": [slice_row(epoch, index) for index in range(N_SLICES)],
         "tilt": [tilt_row(epoch, number, lean)],
         "schemes": [scheme_row(epoch)],
         "accuracy": [accuracy_row(epoch)],
+        "reference_leans": [reference_lean_row(epoch, number)],
+        "scheme_comparison": [scheme_comparison_row(epoch)],
         "alarms": [],
     }
 

@@ -45,6 +45,8 @@ def test_each_reading_function_gives_the_published_rows(filled: Workspace) -> No
     assert views.tilt_rows(filled, STRUCTURE, "e1") == tables["tilt"]
     assert views.scheme_rows(filled, STRUCTURE, "e1") == tables["schemes"]
     assert views.accuracy_rows(filled, STRUCTURE, "e1") == tables["accuracy"]
+    assert views.reference_lean_rows(filled, STRUCTURE, "e1") == tables["reference_leans"]
+    assert views.scheme_comparison_rows(filled, STRUCTURE, "e1") == tables["scheme_comparison"]
     assert views.alarm_rows(filled, STRUCTURE) == []
     assert [row.epoch for row in views.run_rows(filled, "run-1")] == ["e0", "e1", "e2"]
     assert [row.epoch for row in views.tilt_rows(filled, STRUCTURE)] == ["e0", "e1", "e2"]

@@ -99,8 +99,8 @@ def test_code_that_a_stage_does_not_reach_does_not_change_its_version(checkout: 
 def test_a_lazy_import_inside_a_function_is_reached(checkout: Path) -> None:
     with Edited(
         checkout / "tasks/sections.py",
-        "    heights_m = slice_heights",
-        "    from tasks.registration import pairs\n\n    heights_m = slice_heights",
+        "    cloud = ShaftCloud(",
+        "    from tasks.registration import pairs\n\n    cloud = ShaftCloud(",
     ):
         before = version_in(checkout)
         with Edited(

@@ -34,7 +34,7 @@ def test_every_scheme_travels_unchanged(scheme: SlicingScheme) -> None:
         StructurePrior("chimney", (2.0, 102.01), (0.1, -0.1), (4.6, 2.7)),
         InstrumentSigmas((0.015, 0.0225), 0.0026, 1.4e-5),
         Standard(
-            102.0, None, ((100.0, 0.06), (120.0, 0.065)), ("F", "paper"), (ReferenceLean("ts", 0.1, 0.2),)
+            102.0, None, ((100.0, 0.06), (120.0, 0.065)), ("F", "paper"), (ReferenceLean("ts", 0.1, 0.2, 1e-5),)
         ),
         Standard(102.0, "bre-digest-475", None, ("total station",), ()),
     ],
@@ -46,7 +46,7 @@ def test_parameters_travel_unchanged(value: object) -> None:
 
 def test_arrays_travel_to_the_last_bit() -> None:
     values = np.random.default_rng(1).normal(size=(3, 2)) / 3.0
-    back = rebuild(Nested, plain(Nested(values, (0.1, 1 / 3), None, (ReferenceLean("x", 1e-9, -0.1),))))
+    back = rebuild(Nested, plain(Nested(values, (0.1, 1 / 3), None, (ReferenceLean("x", 1e-9, -0.1, 5e-5),))))
     assert np.array_equal(back.values, values)
     assert back.pair == (0.1, 1 / 3)
     assert back.inner[0].lean_east == 1e-9

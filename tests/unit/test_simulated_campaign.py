@@ -47,7 +47,7 @@ def test_sliced_part_gives_101_slices_below_the_platform(campaign: Path) -> None
 
 def test_report_and_limits_are_those_of_the_paper(campaign: Path) -> None:
     content = tomllib.loads(campaign.read_text())
-    assert content["report"] == {"primary": ["A", "robust"], "control": ["F", "paper"]}
+    assert content["report"] == {"primary": ["S", "surface"], "control": ["F", "paper"]}
     assert content["limits"] == {"table": "gb50078-concrete-quoted"}
 
 

@@ -9,11 +9,14 @@ class StructureKind:
 
     ``position_slack_m`` is how far off ``base_xy_m`` may be, ``max_lean`` the largest horizontal run of the
     axis per metre of height that is searched, ``radius_window`` the searched radii as multiples of the prior's.
-    ``unsupported_because`` is empty for a kind with a round shaft.
+    ``n_faces`` is the number of plane faces, 0 for a round shaft; 4 is the only other number that is searched.
+    ``robust_contour`` is the contour model that method robust needs for its sections; None where that of the slicing
+    scheme will do.
     """
 
     name: str
     position_slack_m: float
     max_lean: float
     radius_window: tuple[float, float] = (0.6, 1.5)
-    unsupported_because: str = ""
+    n_faces: int = 0
+    robust_contour: str | None = None

@@ -105,6 +105,26 @@ def test_control_of_a_lean_agrees_with_the_tilt_stage(east: float, north: float)
         assert getattr(here, quantity) == pytest.approx(getattr(there, quantity), abs=1e-11)
 
 
+def test_control_with_sigma_has_the_sigmas_and_the_azimuth_of_the_tilt_stage() -> None:
+    lean, sigma = np.array([0.003, -0.004]), 1e-4
+    here = control_of_lean("total station", lean, 102.0, sigma)
+    there = tilt_parameters(lean, sigma**2 * np.eye(2), 102.0)
+    for name in ("azimuth_deg", "azimuth_sigma_deg", "tilt_sigma_deg", "deviation_sigma_m"):
+        assert getattr(here, name) == pytest.approx(getattr(there, name)), name
+    assert of(accuracy_rows([A], here), "verticality_permille").reference_sigma == pytest.approx(0.1)
+    assert of(accuracy_rows([A], here), "beta_deg").reference_sigma is None
+
+
+def test_control_below_three_sigmas_has_no_azimuth_to_compare_with() -> None:
+    weak = control_of_lean("plumb line", np.array([2e-4, 0.0]), 102.0, 1e-4)
+    assert "azimuth_deg" not in {row.quantity for row in accuracy_rows([A], weak)}
+
+
+def test_control_of_a_lean_without_a_positive_sigma_is_refused() -> None:
+    with pytest.raises(ShapeError, match="needs sigma above 0; got 0"):
+        control_of_lean("total station", np.ones(2), 102.0, 0.0)
+
+
 def test_control_of_a_lean_of_three_numbers_is_refused() -> None:
     with pytest.raises(ShapeError, match=r"lean vector \(2,\)"):
         control_of_lean("total station", np.zeros(3), 102.0)

@@ -20,8 +20,8 @@ def ring(
 
 
 def section_of(points_m: NDArray[np.float64]) -> Section:
-    """A thin untapered slice at height 0."""
-    return Section(points_m, z_m=0.0, thickness_m=0.01)
+    """A thin untapered slice at height 0, all points of the same sigma."""
+    return Section(points_m, z_m=0.0, thickness_m=0.01, sigma_m=np.full(len(points_m), 0.02))
 
 
 def flat_section(xy_m: object) -> Section:

@@ -109,7 +109,78 @@ ONE_FAULT = [
     ),
     ("[schemes.G]", "[schemes.A]", "schemes.A: the name is taken by the built-in scheme A; choose another"),
     ("[schemes.G]", "[schemes.s]", "schemes.s: the name is taken by the built-in scheme S; choose another"),
-    ("interval_m = 2.5", "", "schemes.G: needs one of interval_m and heights_m; write one of the two"),
+    (
+        "interval_m = 2.5",
+        "",
+        "schemes.G: needs one of interval_m, heights_m, adaptive, surface, got none; write one of them",
+    ),
+    (
+        "interval_m = 2.5",
+        "interval_m = 2.5\nadaptive = 0.002",
+        "schemes.G: needs one of interval_m, heights_m, adaptive, surface, got interval_m and adaptive",
+    ),
+    (
+        "interval_m = 2.5",
+        "adaptive = 0.002\nthickness_m = 0.1",
+        "schemes.G: thickness_m has no meaning beside adaptive; drop one of the two",
+    ),
+    (
+        "interval_m = 2.5",
+        'interval_m = 2.5\ncontour = "elipse"',
+        "schemes.G.contour: unknown contour model 'elipse'; did you mean 'ellipse'?",
+    ),
+    (
+        "interval_m = 2.5",
+        'interval_m = 2.5\naxis = "irl"',
+        "schemes.G.axis: unknown axis estimator 'irl'; did you mean 'irls'?",
+    ),
+    (
+        "interval_m = 2.5",
+        'surface = "conee"',
+        "schemes.G.surface: unknown surface model 'conee'; did you mean 'cone'?",
+    ),
+    (
+        "interval_m = 2.5",
+        'surface = "cone"\ncontour = "kasa"',
+        "schemes.G: contour has no meaning beside surface; drop one of the two",
+    ),
+    (
+        '["A", "robust"]',
+        '["F", "robust"]',
+        "report.primary: scheme 'F' has no method 'robust'; F goes with paper",
+    ),
+    (
+        "interval_m = 2.5",
+        "adaptive = 0.0",
+        "schemes.G.adaptive: should be greater than or equal to 0.00001, got 0.0",
+    ),
+    ("interval_m = 2.5", 'adaptive = "2 mm"', "schemes.G.adaptive: needs a number, got '2 mm'"),
+    (
+        "interval_m = 2.5",
+        "adaptive = { sigma_centre_m = 0.002 }",
+        "schemes.G.adaptive.sigma_centre_m: unknown key; did you mean 'sigma_center_m'?",
+    ),
+    (
+        "interval_m = 2.5",
+        "adaptive = { most_thickness_m = 1.0 }",
+        "schemes.G.adaptive.sigma_center_m: is required; meaning: wanted standard deviation",
+    ),
+    (
+        "interval_m = 2.5",
+        "adaptive = { sigma_center_m = 0.002, least_thickness_m = 3.0 }",
+        "schemes.G.adaptive: least_thickness_m = 3 is above most_thickness_m = 2",
+    ),
+    (
+        "interval_m = 2.5",
+        "adaptive = { sigma_center_m = 0.002, most_thickness_m = 50.0, least_thickness_m = 0.02 }\n[schemes.I]\n"
+        "adaptive = { sigma_center_m = 0.001, most_thickness_m = 50.1 }",
+        "schemes.I.adaptive.most_thickness_m: should be less than or equal to 50",
+    ),
+    (
+        '["A", "robust"]',
+        '["G", "surface"]',
+        "report.primary: scheme 'G' has no method 'surface'; G goes with paper or robust",
+    ),
     (
         "interval_m = 2.5",
         "intervall_m = 2.5",
@@ -141,7 +212,7 @@ ONE_FAULT = [
     (
         '["A", "robust"]',
         '["S", "robust"]',
-        "report.primary: scheme 'S' has no method 'robust'; S goes with surf",
+        "report.primary: scheme 'S' has no method 'robust'; S goes with surface",
     ),
     (
         '["A", "robust"]',

@@ -79,7 +79,7 @@ def test_example_of_every_kind_is_a_valid_campaign(tmp_path: Path, kind: str) ->
 def test_what_an_example_comments_out_is_valid_too(tmp_path: Path, kind: str) -> None:
     whole = re.sub(r"^# (\[|[a-z_]+ = )", r"\1", example_campaign(kind), flags=re.MULTILINE)
     campaign = load(tmp_path, edited('registered = "2026-03/merged.laz"', 'registered = "m.laz"', whole))
-    assert set(campaign.schemes) == {"G"}
+    assert set(campaign.schemes) == {"G", "H"}
     assert campaign.limits.table == "bre-digest-475"
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from storage.errors import InputError, ShapeError
-from tasks.slicing import SCHEMES, SlicingScheme, slice_heights, user_scheme
+from tasks.slicing import SCHEMES, AdaptiveCut, SlicingScheme, slice_heights, user_scheme
 
 PAPER_SHAFT_M = (0.0, 100.01)
 
@@ -60,7 +60,13 @@ def test_user_interval_and_thickness_are_used() -> None:
     ("arguments", "message"),
     [
         ({}, "got none"),
-        ({"interval_m": 1.0, "heights_m": [1.0, 2.0]}, "got both"),
+        ({"interval_m": 1.0, "heights_m": [1.0, 2.0]}, "got interval_m and heights_m"),
+        ({"interval_m": 1.0, "adaptive": AdaptiveCut(0.002)}, "got interval_m and adaptive"),
+        ({"adaptive": AdaptiveCut(0.0)}, "adaptive.sigma_center_m above 0 m, got 0"),
+        (
+            {"adaptive": AdaptiveCut(0.002, 0.5, 0.1)},
+            "least_thickness_m up to most_thickness_m, got 0.5 and 0.1",
+        ),
         ({"interval_m": -1.0}, "interval_m above 0 m, got -1"),
         ({"interval_m": 0.0}, "interval_m above 0 m, got 0"),
         ({"interval_m": float("nan")}, "interval_m above 0 m, got nan"),

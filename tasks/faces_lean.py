@@ -1,0 +1,116 @@
+"""The lean of an epoch from the plane faces of a square tower, all points at once."""
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from storage.records import SectionFit
+from tasks.axis import Axis
+from tasks.axis.line import direction_of_lean, effective_number, line_distances
+from tasks.geometry.failure import FitFailure
+from tasks.lean import Lean
+from tasks.methods import POLYGON, Method
+from tasks.placing import PlacedCloud
+from tasks.preprocessing import ShaftModel
+from tasks.registration import Registration
+from tasks.sections import centres_of, fit_slices
+from tasks.shaft_slices import ShaftCloud, Slice
+from tasks.slice_evidence import sum_slices
+from tasks.slicing import cut_between
+from tasks.surface.faces import FacesFit, FacesStart, fit_faces
+from tasks.uncertainty import changes_without_each, combine, leverage, moved_by_poses, state_covariance
+from tasks.uncertainty.station_sums import base_leverage
+
+MOST_BANDS: Final = 40
+LEAST_BAND_M: Final = 0.5
+
+
+def fit_face_axis(
+    cloud: PlacedCloud, model: ShaftModel, registration: Registration, shaft_z_m: tuple[float, float]
+) -> tuple[Lean, tuple[SectionFit, ...]] | FitFailure:
+    """Fit planes to the faces of a tower, and tell it band by band; poses and stations enter by the bands."""
+    fit = fit_faces(cloud.points_m, _start(model, shaft_z_m))
+    if isinstance(fit, FitFailure):
+        return fit
+    shaft = ShaftCloud(cloud.points_m, model)
+    slices = _bands(cloud.points_m[:, 2], shaft_z_m)
+    sections = fit_slices(shaft, slices, Method("surface", POLYGON, "faces", slices[0].thickness_m))
+    good = np.array([section.state == "ok" for section in sections])
+    if np.count_nonzero(good) < 2:
+        return FitFailure(f"needs bands with a centre to tell what poses do, got {np.count_nonzero(good)}")
+    sums = sum_slices(shaft, cloud.station_index, len(registration.poses), slices, sections)[good]
+    return _lean(fit, sections, sums, registration), sections
+
+
+def _start(model: ShaftModel, shaft_z_m: tuple[float, float]) -> FacesStart:
+    return FacesStart(
+        shaft_z_m=shaft_z_m,
+        base_m=np.array([model.base_east_m, model.base_north_m]),
+        lean=np.array([model.lean_east, model.lean_north]),
+        azimuth_rad=model.face_azimuths_rad(0.0),
+        twist_rad_per_m=model.twist_rad_per_m,
+        half_m=model.face_distances_at(np.array(shaft_z_m)),
+    )
+
+
+def _bands(z_m: NDArray[np.float64], shaft_z_m: tuple[float, float]) -> list[Slice]:
+    low, high = shaft_z_m
+    n = int(np.clip((high - low) / LEAST_BAND_M, 2, MOST_BANDS))
+    edges = np.linspace(low, high, n + 1)
+    thickness_m = float(edges[1] - edges[0])
+    return [
+        Slice(float(bottom + thickness_m / 2), thickness_m, rows)
+        for bottom, rows in zip(edges[:-1], cut_between(z_m, edges), strict=True)
+    ]
+
+
+def _lean(
+    fit: FacesFit, sections: tuple[SectionFit, ...], sums: NDArray[np.float64], registration: Registration
+) -> Lean:
+    centres_m, covariances_m2 = centres_of(sections)
+    z_m = centres_m[:, 2]
+    weights = 1.0 / np.trace(covariances_m2, axis1=1, axis2=2)
+    weights = weights / weights.max()
+    positions_m = np.array([pose.position_m for pose in registration.poses])
+    by_poses, base_by_poses = (
+        moved_by_poses(sums, levers(z_m, weights), positions_m) for levers in (leverage, base_leverage)
+    )
+    poses = by_poses @ registration.covariance @ by_poses.T
+    propagated = combine(fit.lean_covariance, poses)
+    stated = state_covariance(propagated, changes_without_each(sums, z_m, weights))
+    # of the line at z = 0 only what the lean does to it: the middle is far better known
+    base = fit.lean_covariance * float(fit.middle_m[2]) ** 2
+    return Lean(
+        axis=_axis(fit, centres_m, weights),
+        lean=fit.lean,
+        covariance=stated.covariance,
+        point_covariance=fit.lean_covariance,
+        form_covariance=np.zeros((2, 2)),
+        propagated=propagated,
+        jackknife=stated.jackknife,
+        bootstrap=None,
+        source=stated.source,
+        n_slices=len(sections),
+        n_centres=len(centres_m),
+        base_covariance=combine(base, base_by_poses @ registration.covariance @ base_by_poses.T),
+    )
+
+
+def _axis(fit: FacesFit, centres_m: NDArray[np.float64], weights: NDArray[np.float64]) -> Axis:
+    direction = direction_of_lean(fit.lean)
+    residuals = line_distances(centres_m, fit.middle_m, direction)
+    return Axis(
+        point_m=fit.middle_m,
+        direction=direction,
+        lean_covariance=fit.lean_covariance,
+        weights=weights,
+        residuals_m=residuals,
+        iterations=fit.iterations,
+        n_effective=effective_number(weights),
+        mean_deviation_m=float(residuals.mean()),
+        rmse_m=float(np.sqrt(np.mean(residuals**2))),
+        bending_m=fit.bending_m,
+        update_weight_ratio_pct=None,
+        warning=fit.assumption,
+    )

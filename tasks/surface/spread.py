@@ -1,0 +1,184 @@
+"""The covariance of a lean that comes from a surface: points, form, poses of the stations; and its two checks."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tasks.surface.cells import SECTORS, Cells
+from tasks.surface.choice import FULL_COVERAGE_DEG
+from tasks.surface.fit import Adjusted
+from tasks.surface.form import Form, design, kept_in
+from tasks.surface.normal import Normal, Weighed
+from tasks.surface.pieces import small_equations
+from tasks.surface.poses import StationPoses, by_own_pose, jacobian_of_poses
+from tasks.surface.wall_form import wall_form
+from tasks.surface.wall_modes import wall_modes
+
+HEIGHTS_OF_CLUSTER: Final = 24
+SECTORS_OF_CLUSTER: Final = 9
+"""Pieces of the wall that are drawn together: a 24th of its height by 45 degrees."""
+
+RESAMPLES: Final = 400
+SEED: Final = 20250314
+
+OUT_OF_ROUND_RADII: Final = 5e-4
+"""Sd of each coefficient of a harmonic that was tried, not asked for, and left out because an arc cannot tell it from
+the axis: 2 mm on a shaft of 4 m, a good wall. It is counted as an error of the lean."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spread:
+    """Covariances of a lean vector, each (2, 2), dimensionless.
+
+    Attributes
+    ----------
+    points : array
+        From the noise of the points.
+    form : array
+        From the form of the wall that the surface does not follow, and from harmonics that were left out because the arc
+        that was seen cannot tell them from the axis.
+    bootstrap : array or None
+        Both, by a bootstrap over pieces of the wall; None with too few of them for the unknowns.
+    station_leans : (s, 2) array or None
+        What the lean changes by if a station is left out; None with one station.
+    pose_jacobian : (2, 6 s) array or None
+        What the lean changes by with the pose parameters of the stations; None where their positions are not known.
+    base_points : (2, 2) array
+        The same of the axis at z = 0, from points and form together, square metres.
+    base_pose_jacobian : (2, 6 s) array or None
+        What the axis at z = 0 moves by with the pose parameters.
+    """
+
+    points: NDArray[np.float64]
+    form: NDArray[np.float64]
+    bootstrap: NDArray[np.float64] | None
+    station_leans: NDArray[np.float64] | None
+    pose_jacobian: NDArray[np.float64] | None
+    base_points: NDArray[np.float64]
+    base_pose_jacobian: NDArray[np.float64] | None
+
+
+def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -> Spread:
+    """State how far the lean of a surface may be off.
+
+    Parameters
+    ----------
+    adjusted : Adjusted
+        The surface at its minimum.
+    n_stations : int
+        Stations of the cloud.
+    poses : StationPoses or None
+        Where they stood and how well that is known.
+    """
+    equations = _Equations(adjusted.normal, adjusted.profile.form)
+    lean_pull, base_pull = (adjusted.normal.pull(rows) for rows in (equations.lean_of, equations.base_of))
+    small = _asked_for(adjusted)
+    return Spread(
+        points=_noise(adjusted, lean_pull),
+        form=_wall(adjusted, lean_pull) + _left_out(adjusted, lean_pull),
+        bootstrap=_bootstrap(adjusted.cells, small),
+        station_leans=_without_each(adjusted.cells, small, n_stations) if n_stations > 1 else None,
+        pose_jacobian=None if poses is None else _by_poses(adjusted, lean_pull, poses),
+        base_points=_noise(adjusted, base_pull)
+        + wall_form(adjusted.cells, adjusted.normal, base_pull)
+        + _left_out(adjusted, base_pull),
+        base_pose_jacobian=None if poses is None else _by_poses(adjusted, base_pull, poses),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Equations:
+    """Normal equations of a form, and the places of the slopes, which count once over ``half_m``."""
+
+    normal: Normal
+    form: Form
+
+    @property
+    def lean_of(self) -> NDArray[np.float64]:
+        """Matrix (2, p) that takes the lean out of coefficients."""
+        pick = np.zeros((2, self.form.size))
+        pick[[0, 1], self.form.lean_rows] = 1.0 / self.form.half_m
+        return pick
+
+    @property
+    def base_of(self) -> NDArray[np.float64]:
+        """Matrix (2, p) that takes the straight axis at z = 0 out of coefficients."""
+        pick = -self.form.middle_m * self.lean_of
+        pick[[0, 1], [0, self.form.n_axis]] = 1.0
+        return pick
+
+
+def _asked_for(adjusted: Adjusted) -> _Equations:
+    """The smallest form that the data ask for: checks must not fail on terms that are only kept along."""
+    form = adjusted.profile.form
+    if adjusted.choice is None or adjusted.choice.asked_for == form:
+        return _Equations(adjusted.normal, form)
+    small = adjusted.choice.asked_for
+    return _Equations(adjusted.normal.kept(kept_in(small, form)), small)
+
+
+def _noise(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance (2, 2) from the noise of the points alone."""
+    return np.asarray(pull * (adjusted.cells.robust_price / adjusted.cells.weight) @ pull.T)
+
+
+def _wall(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance (2, 2) of the form of the wall: by its pieces, or by its waves where that is larger and can be told."""
+    pieces = wall_form(adjusted.cells, adjusted.normal, pull)
+    if adjusted.choice is None or adjusted.coverage_deg < FULL_COVERAGE_DEG:
+        return pieces
+    weighed = Weighed(adjusted.cells, adjusted.blocks.share, adjusted.normal.poses)
+    waves = wall_modes(weighed, adjusted.profile.form, adjusted.profile.values_m)
+    return pieces if np.trace(pieces) >= np.trace(waves) else waves
+
+
+def _left_out(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance (2, 2) that harmonics which an arc cannot see may cause."""
+    form, full = adjusted.profile.form, adjusted.full
+    if form.harmonics >= full.harmonics:
+        return np.zeros((2, 2))
+    terms = design(full, adjusted.cells.z_m, adjusted.cells.direction)
+    places = np.setdiff1d(np.arange(full.size), kept_in(form, full))
+    lobes = pull @ terms[:, places[places >= 2 * full.n_axis + full.n_radius]]
+    first = 2 * form.n_axis
+    radius_m = float(adjusted.profile.values_m[first : first + form.n_radius].mean())
+    return np.asarray((OUT_OF_ROUND_RADII * radius_m) ** 2 * lobes @ lobes.T)
+
+
+def _by_poses(adjusted: Adjusted, pull: NDArray[np.float64], poses: StationPoses) -> NDArray[np.float64]:
+    """Change (2, 6 s) with rotations (east, north, up) and shifts of the stations."""
+    own = by_own_pose(adjusted.cells, adjusted.profile, poses)
+    return jacobian_of_poses(adjusted.cells, own, pull, len(poses.positions_m))
+
+
+def _without_each(cells: Cells, small: _Equations, n_stations: int) -> NDArray[np.float64] | None:
+    """Change (s, 2) of the lean with each station left out; None where the rest fixes no axis."""
+    pieces = small_equations(cells, small.normal, cells.station, n_stations)
+    whole = pieces.solved(np.ones(n_stations))
+    changes = np.zeros((n_stations, 2))
+    for station in range(n_stations):
+        others = np.ones(n_stations)
+        others[station] = 0.0
+        try:
+            changes[station] = small.lean_of @ (pieces.solved(others) - whole)
+        except np.linalg.LinAlgError:
+            return None
+    return changes
+
+
+def _bootstrap(cells: Cells, small: _Equations) -> NDArray[np.float64] | None:
+    """Covariance (2, 2) of the lean over resamples of pieces of the wall, each with its normal equations."""
+    n_heights = int(cells.height.max()) + 1
+    key = (cells.height * HEIGHTS_OF_CLUSTER // n_heights) * SECTORS + cells.sector // SECTORS_OF_CLUSTER
+    _, cluster = np.unique(key, return_inverse=True)
+    n, p = int(cluster.max()) + 1, small.form.size
+    if n <= 2 * p:
+        return None
+    pieces = small_equations(cells, small.normal, cluster, n)
+    rng = np.random.default_rng(SEED)
+    counts = rng.multinomial(n, np.full(n, 1.0 / n), size=RESAMPLES).astype(np.float64)
+    leans = np.stack([small.lean_of @ pieces.solved(count) for count in counts])
+    # what the unknowns took out of the residuals
+    return np.asarray(np.cov(leans.T) * n / (n - p))

@@ -1,0 +1,165 @@
+"""The lean of an epoch from the whole surface of its shaft (scheme S)."""
+
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from storage.errors import InputError
+from storage.records import SectionFit
+from tasks.axis import Axis, AxisCurve
+from tasks.axis.bending import bending_m
+from tasks.axis.centres import Centres
+from tasks.axis.line import direction_of_lean, effective_number, line_distances
+from tasks.faces_lean import fit_face_axis
+from tasks.geometry.failure import FitFailure
+from tasks.lean import Lean
+from tasks.methods import FACES
+from tasks.placing import PlacedCloud
+from tasks.preprocessing import ShaftModel
+from tasks.registration import Registration
+from tasks.sections import centres_of
+from tasks.surface import (
+    SURFACES,
+    StationPoses,
+    SurfaceFit,
+    SurfacePoints,
+    SurfaceRequest,
+    SurfaceStart,
+    fit_surface,
+)
+from tasks.uncertainty import combine, state_covariance
+
+RoundCut = Literal["horizontal", "perpendicular"]
+
+
+ROUND_CUTS: Final[tuple[RoundCut, ...]] = get_args(RoundCut)
+
+
+def round_cut_named(name: str) -> RoundCut:
+    """The cut of that name.
+
+    Raises
+    ------
+    InputError
+        If there is none; the message lists the known names.
+    """
+    for cut in ROUND_CUTS:
+        if cut == name:
+            return cut
+    raise InputError(f"unknown round cut {name!r}; known: {', '.join(ROUND_CUTS)}")
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceLean:
+    """A lean from the whole surface, and the surface band by band."""
+
+    lean: Lean
+    bands: tuple[SectionFit, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceQuestion:
+    """Which surface model, between which heights, and which cut of the shaft is round."""
+
+    model: str
+    shaft_z_m: tuple[float, float]
+    sections: RoundCut
+
+
+def lean_of_surface(
+    cloud: PlacedCloud, model: ShaftModel, registration: Registration, question: SurfaceQuestion
+) -> SurfaceLean | FitFailure:
+    """Fit a surface to all points of the isolated shaft and state the covariance of its lean vector.
+
+    Raises
+    ------
+    InputError
+        If no surface model has that name.
+    """
+    if question.model == FACES:
+        if model.is_round:
+            known = ", ".join(SURFACES)
+            return FitFailure(
+                f"needs a shaft with plane faces, got a round one; models of round ones: {known}"
+            )
+        faces = fit_face_axis(cloud, model, registration, question.shaft_z_m)
+        return faces if isinstance(faces, FitFailure) else SurfaceLean(*faces)
+    if not model.is_round:
+        return FitFailure(f"surface model {question.model} needs a round shaft, got one with plane faces")
+    fit = fit_surface(question.model, _request(cloud, model, registration, question))
+    if isinstance(fit, FitFailure):
+        return fit
+    if fit.pose_jacobian is None or fit.base_pose_jacobian is None:
+        return FitFailure("needs the positions of the stations, got none")
+    poses = fit.pose_jacobian @ registration.covariance @ fit.pose_jacobian.T
+    propagated = combine(fit.point_covariance + fit.form_covariance, poses)
+    stated = state_covariance(propagated, fit.station_changes)
+    base_poses = fit.base_pose_jacobian @ registration.covariance @ fit.base_pose_jacobian.T
+    lean = Lean(
+        axis=_axis(fit),
+        lean=fit.lean,
+        covariance=stated.covariance,
+        point_covariance=fit.point_covariance,
+        form_covariance=fit.form_covariance,
+        propagated=propagated,
+        jackknife=stated.jackknife,
+        bootstrap=fit.bootstrap_covariance,
+        source=stated.source,
+        n_slices=len(fit.bands),
+        n_centres=sum(band.state == "ok" for band in fit.bands),
+        base_covariance=combine(fit.base_covariance, base_poses),
+    )
+    return SurfaceLean(lean, fit.bands)
+
+
+def _request(
+    cloud: PlacedCloud, model: ShaftModel, registration: Registration, question: SurfaceQuestion
+) -> SurfaceRequest:
+    z_m = np.array(model.radius_z_m)
+    axis = model.axis_at(z_m)
+    start = SurfaceStart(z_m, axis[:, 0], axis[:, 1], np.array(model.radius_m), question.shaft_z_m)
+    return SurfaceRequest(
+        SurfacePoints(cloud.points_m, cloud.station_index, len(registration.poses)),
+        start,
+        question.sections,
+        StationPoses(np.array([pose.position_m for pose in registration.poses]), registration.covariance),
+    )
+
+
+def _axis(fit: SurfaceFit) -> Axis:
+    centres_m, covariances_m2 = centres_of(fit.bands)
+    direction = direction_of_lean(fit.lean)
+    residuals = line_distances(centres_m, fit.point_m, direction)
+    weights = _weights(covariances_m2)
+    curve = fit.curve
+    return Axis(
+        point_m=fit.point_m,
+        direction=direction,
+        lean_covariance=fit.point_covariance,
+        weights=weights,
+        residuals_m=residuals,
+        iterations=fit.passes,
+        n_effective=effective_number(weights),
+        mean_deviation_m=float(residuals.mean()),
+        rmse_m=float(np.sqrt(np.mean(residuals**2))),
+        bending_m=bending_m(Centres(centres_m, covariances_m2), weights),
+        update_weight_ratio_pct=None,
+        curve=AxisCurve(
+            model=curve.model,
+            reason=f"{curve.reason}; {fit.section_reason}".rstrip("; "),
+            z_m=curve.z_m,
+            east_m=curve.east_m,
+            north_m=curve.north_m,
+            base_lean=curve.base_lean,
+            chord_lean=curve.chord_lean,
+            base_lean_sigma=curve.base_lean_sigma,
+        ),
+    )
+
+
+def _weights(covariances_m2: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Information of every band about its centre, the largest is 1."""
+    information = 1.0 / np.trace(covariances_m2, axis1=1, axis2=2)
+    return np.asarray(information / information.max())
