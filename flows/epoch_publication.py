@@ -64,6 +64,11 @@ def _judge(work: EpochWork, result: EpochResult, tables: EpochTables) -> None:
     for row in tables.schemes:
         if (row.scheme, row.method) == primary and row.state != "ok":
             result.reasons.append(f"the primary {'/'.join(primary)} gave no axis: {row.reason}")
+    result.notes += [
+        f"{'/'.join(primary)}: {row.warning}"
+        for row in tables.tilt
+        if (row.scheme, row.method) == primary and row.warning is not None
+    ]
     if tables.schemes and not tables.tilt:
         first = tables.schemes[0]
         result.refuse(f"no scheme gave an axis; {first.scheme}/{first.method}: {first.reason}")

@@ -50,7 +50,8 @@ def plan_lines(design: Design, outlook: Outlook, place: BestPlace | FitFailure) 
     yield from _coverage_lines(outlook)
     yield from _station_lines(outlook)
     yield _place_line(lean, place)
-    yield "assumed: GNSS and the shaft tie the stations; levels are held as stated, each on its own; ranges have no bias;"
+    levels = "adjusted from what is stated" if design.survey.errors.levels == "adjusted" else "held as stated"
+    yield f"assumed: GNSS and the shaft tie the stations; levels are {levels}, each on its own; ranges have no bias;"
     yield "         the fit makes the most of every point (method paper scatters more)"
 
 

@@ -91,6 +91,7 @@ def _lean(
         jackknife=stated.jackknife,
         bootstrap=None,
         source=stated.source,
+        misfit_p=stated.misfit_p,
         n_slices=len(sections),
         n_centres=len(centres_m),
         base_covariance=combine(base, base_by_poses @ registration.covariance @ base_by_poses.T),

@@ -53,6 +53,8 @@ class Lean:
         By leaving out one station after the other, and by resampling pieces of the surface; None where they do not exist.
     source : "propagation" or "jackknife"
         Where ``covariance`` comes from.
+    misfit_p : float or None
+        Probability of stations that disagree like these if their stated errors hold; None with too few stations.
     n_slices, n_centres : int
         Slices, and those of them that gave a centre.
     cone_factor : float or None
@@ -70,6 +72,7 @@ class Lean:
     jackknife: NDArray[np.float64] | None
     bootstrap: NDArray[np.float64] | None
     source: Source
+    misfit_p: float | None
     n_slices: int
     n_centres: int
     cone_factor: float | None = None
@@ -126,6 +129,7 @@ def lean_of_sections(
         jackknife=stated.jackknife,
         bootstrap=bootstrap_slices(centres_m, axis.levers),
         source=stated.source,
+        misfit_p=stated.misfit_p,
         n_slices=len(sections),
         n_centres=len(centres_m),
         base_covariance=_base_covariance(axis, Centres(centres_m, covariances_m2), sums, stations),

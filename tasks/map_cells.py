@@ -96,7 +96,8 @@ class CellMeans:
     mean : (c,) array
         Of a piece without points it means nothing.
     sigma : (c,) array or None
-        Standard deviation of the means, the points taken as independent; None where no piece has enough points.
+        Standard deviation of the means, the points taken as independent; None where there are too few points
+        to tell their scatter.
     """
 
     n_points: NDArray[np.intp]
@@ -114,8 +115,8 @@ class CellMeans:
 def robust_means(values: NDArray[np.float64], cell: NDArray[np.intp], n_cells: int) -> CellMeans:
     """Average values (n,) by piece (n,) with Tukey's weights about the median of each piece.
 
-    A piece with few points cannot tell its own strays: its scale is the median of those of the pieces with more. Where
-    no piece has enough, means are plain.
+    A piece with few points cannot tell its own strays: its scale is the median of those of the pieces with more, or, where
+    no piece has enough, that of the differences within all of them. With a handful of points in all, means are plain.
     """
     order = np.argsort(cell, kind="stable")
     n_points = np.bincount(cell, minlength=n_cells)
@@ -123,17 +124,25 @@ def robust_means(values: NDArray[np.float64], cell: NDArray[np.intp], n_cells: i
     rows_of = {int(c): order[ends[c] : ends[c + 1]] for c in np.flatnonzero(n_points)}
     own = n_points >= LEAST_FOR_SCALE
     scale = np.zeros(n_cells)
-    for place in np.flatnonzero(own):
-        of_cell = values[rows_of[int(place)]]
-        scale[place] = max(mad_sigma(of_cell - np.median(of_cell)), SMALLEST_SIGMA_M)
-    usual = float(np.median(scale[own])) if own.any() else np.inf
+    for number in np.flatnonzero(own):
+        of_cell = values[rows_of[int(number)]]
+        scale[number] = max(mad_sigma(of_cell - np.median(of_cell)), SMALLEST_SIGMA_M)
+    usual = float(np.median(scale[own])) if own.any() else _scale_of_pairs(values[order], cell[order])
     scale[~own] = usual
     weight, mean, sigma = np.empty(len(values)), np.zeros(n_cells), usual / np.sqrt(np.maximum(n_points, 1))
     for place, rows in rows_of.items():
         weight[rows], mean[place] = _robust_mean(values[rows], float(scale[place]))
         if own[place]:
             sigma[place] = _sigma_of_mean(values[rows] - mean[place], weight[rows])
-    return CellMeans(n_points, weight, mean, sigma if own.any() else None)
+    return CellMeans(n_points, weight, mean, sigma if np.isfinite(usual) else None)
+
+
+def _scale_of_pairs(values: NDArray[np.float64], cell: NDArray[np.intp]) -> float:
+    """Scale of values (n,), sorted by piece, from neighbours within a piece; infinite with too few of them."""
+    apart = np.diff(values)[np.diff(cell) == 0]
+    if len(apart) < LEAST_FOR_SCALE:
+        return np.inf
+    return max(mad_sigma(apart) / float(np.sqrt(2.0)), SMALLEST_SIGMA_M)
 
 
 def _robust_mean(values: NDArray[np.float64], scale: float) -> tuple[NDArray[np.float64], float]:

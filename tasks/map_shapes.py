@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from storage.errors import ShapeError
 from tasks.geometry.faces import normals_of, split_by_face
-from tasks.lean import Lean
 from tasks.preprocessing import ShaftModel
 from tasks.whole_surface import RoundCut
 
@@ -22,6 +21,14 @@ class Skin:
 
     points_m: NDArray[np.float64]
     outward: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StraightAxis:
+    """A point (3,) of a straight axis, site frame, metres, and its lean vector (2,)."""
+
+    point_m: NDArray[np.float64]
+    lean: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +45,11 @@ class DesignedShape:
     base_xy_m: tuple[float, float] | None
 
 
-def straight_shaft(model: ShaftModel, axis: Lean, shaft_z_m: tuple[float, float]) -> ShaftModel:
+def straight_shaft(model: ShaftModel, axis: StraightAxis, shaft_z_m: tuple[float, float]) -> ShaftModel:
     """The rough model around the straight axis, its size going on to the ends of the shaft as between its last knots."""
     z_m = np.unique([*model.radius_z_m, *shaft_z_m])
     sizes = [_going_on(z_m, model.radius_z_m, size) for size in (model.radius_m, *_distances(model))]
-    base = axis.axis.point_m[:2] - axis.lean * axis.axis.point_m[2]
+    base = axis.point_m[:2] - axis.lean * axis.point_m[2]
     return _rebuilt(model, base, axis.lean, tuple(z_m.tolist()), sizes)
 
 

@@ -23,6 +23,7 @@ from tasks.exchange import plain, rebuild
 from tasks.geometry.failure import FitFailure
 from tasks.ingest import Scan, ScanRequest, read_scan
 from tasks.lean import Lean, evidence_of
+from tasks.map_shapes import StraightAxis
 from tasks.methods import Method
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior
@@ -256,7 +257,8 @@ def map_whole_surface(
     """Map what the surface of the shaft is off a straight shaft, and off its design."""
     cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
     model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    axis, known = rebuild(Lean, _json(workspace, lean)), _registration(workspace, registration)
+    measured, known = rebuild(Lean, _json(workspace, lean)), _registration(workspace, registration)
+    axis = StraightAxis(measured.axis.point_m, measured.lean)
     cells = map_surface(cloud, model, axis, known, rebuild(MapQuestion, question))
     if isinstance(cells, FitFailure):
         return cells

@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from storage.records import SurfaceMapCell
 from tasks.geometry.failure import FitFailure
-from tasks.lean import Lean
 from tasks.map_cells import SECTORS, CellMeans, MapGrid, map_grid, robust_means
 from tasks.map_poses import PlacingSpread, SeenPieces, placing_spread
-from tasks.map_shapes import DesignedShape, designed_shaft, distances_m, skin_of, straight_shaft
+from tasks.map_shapes import DesignedShape, StraightAxis, designed_shaft, distances_m, skin_of, straight_shaft
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel
 from tasks.registration import Registration
@@ -53,7 +52,11 @@ class _OffDesign:
 
 
 def map_surface(
-    cloud: PlacedCloud, model: ShaftModel, axis: Lean, registration: Registration, question: MapQuestion
+    cloud: PlacedCloud,
+    model: ShaftModel,
+    axis: StraightAxis,
+    registration: Registration,
+    question: MapQuestion,
 ) -> tuple[SurfaceMapCell, ...] | FitFailure:
     """Map what the points are off a straight shaft around a measured axis, and off the design.
 
@@ -66,8 +69,8 @@ def map_surface(
         Points of the isolated shaft, with their stations in the order of the registration's poses.
     model : ShaftModel
         Rough radius, or faces.
-    axis : Lean
-        The axis, straight.
+    axis : StraightAxis
+        The measured axis.
     registration : Registration
         Poses and their covariance.
     question : MapQuestion

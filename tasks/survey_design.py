@@ -11,6 +11,7 @@ from tasks.design import (
     Bands,
     Errors,
     Hidden,
+    Levels,
     Scanning,
     Shaft,
     Site,
@@ -83,7 +84,9 @@ def _planned(file: PlanFile) -> Design:
     if plan.distance_m is not None:
         sites = sites_at(shaft, plan.ring_azimuths_deg, plan.distance_m, plan.up_m)
     bands = _bands(SCHEMES[plan.primary[0]], plan.primary[1], shaft)
-    survey = _survey(Survey(shaft, bands, sites, *_scanner(file.instrument, plan)), plan)
+    scanning, errors = _scanner(file.instrument, plan)
+    errors = replace(errors, levels=_levels(SCHEMES[plan.primary[0]]))
+    survey = _survey(Survey(shaft, bands, sites, scanning, errors), plan)
     return Design(file.structure.title, file.structure.height_m, None, plan.primary, survey)
 
 
@@ -96,9 +99,17 @@ def _repeated(file: Campaign, epoch: str | None) -> Design:
     )
     shaft = _shaft(file.structure, file.frame, usual.lean)
     primary = file.report.primary
-    bands = _bands(plan_axes(file, primary[:1])[0].scheme, primary[1], shaft)
-    survey = _survey(Survey(shaft, bands, sites, *_scanner(file.instrument, usual)), usual)
+    scheme = plan_axes(file, primary[:1])[0].scheme
+    bands = _bands(scheme, primary[1], shaft)
+    scanning, errors = _scanner(file.instrument, usual)
+    errors = replace(errors, levels=_levels(scheme))
+    survey = _survey(Survey(shaft, bands, sites, scanning, errors), usual)
     return Design(file.structure.title, file.structure.height_m, taken.id, primary, survey)
+
+
+def _levels(scheme: SlicingScheme) -> Levels:
+    """A fit of the whole surface adjusts the levels along; slices take them as they are."""
+    return "held" if scheme.surface is None else "adjusted"
 
 
 def _stated_epoch(campaign: Campaign, wanted: str | None) -> Epoch:

@@ -11,7 +11,7 @@ from storage.records import TiltRow
 from tasks.axis import Axis
 from tasks.lean import Lean
 from tasks.limits import LimitTable, verdict
-from tasks.tilt import tilt_parameters
+from tasks.tilt import TiltParameters, tilt_parameters
 
 DETECTABLE_FACTOR: Final = 3.7257
 """sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases."""
@@ -95,9 +95,22 @@ def tilt_row(home: RowHome, lean: Lean, height_m: float, limit: LimitTable | Non
         smallest_detectable_m=_smallest_detectable_m(lean.covariance, height_m),
         cone_factor=lean.cone_factor,
         base_sigma_m=_component_sigma(lean.base_covariance),
-        warning=axis.warning,
+        warning=_warning(lean, figures),
         **asdict(_form_of(axis)),
     )
+
+
+def _warning(lean: Lean, figures: TiltParameters) -> str | None:
+    """What to mind before signing, in one clause each."""
+    said = [lean.axis.warning]
+    if figures.azimuth_deg is None:
+        said.append("the lean is below 3 sigma: its direction is not significant")
+    if lean.source == "jackknife" and lean.misfit_p is not None:
+        said.append(
+            f"the stations disagree more than their stated errors allow (p = {lean.misfit_p:.2g}): the covariance is"
+            " that of leaving one out after the other"
+        )
+    return "; ".join(filter(None, said)) or None
 
 
 def _covariances_of(lean: Lean) -> _Covariances:

@@ -107,6 +107,7 @@ def lean_of_surface(
         jackknife=stated.jackknife,
         bootstrap=fit.bootstrap_covariance,
         source=stated.source,
+        misfit_p=stated.misfit_p,
         n_slices=len(fit.bands),
         n_centres=sum(band.state == "ok" for band in fit.bands),
         base_covariance=combine(fit.base_covariance, base_poses),

@@ -35,8 +35,8 @@ class SurfaceMapCell:
     deviation_sigma_m: Annotated[
         float | None,
         Column(
-            "standard deviation of deviation_m from the scatter of its points, taken as independent; NULL where no piece"
-            " has enough points to tell the scatter",
+            "standard deviation of deviation_m from the scatter of its points, taken as independent; NULL where there"
+            " are too few points to tell it",
             "m",
         ),
     ]

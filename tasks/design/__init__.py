@@ -3,7 +3,7 @@
 from tasks.design.improvement import BestPlace, best_place
 from tasks.design.prediction import ELLIPSE_95, Prediction
 from tasks.design.shaft import Bands, Shaft, slices, whole_surface
-from tasks.design.sight import Errors, Hidden, Scanning, Site
+from tasks.design.sight import Errors, Hidden, Levels, Scanning, Site
 from tasks.design.survey import Outlook, StationOutlook, Survey, foresee, predict_survey, sites_at
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "BestPlace",
     "Errors",
     "Hidden",
+    "Levels",
     "Outlook",
     "Prediction",
     "Scanning",

@@ -93,8 +93,8 @@ def predict_lean(cells: Cells, parts: Sequence[StationNormals], errors: Errors) 
     """Predict the covariance of the lean vector from the parts of the stations.
 
     Position and heading of the stations are adjusted together with axis and radii, from their priors: the shaft ties
-    the stations, and nothing else does. Levels are not adjusted; they are held with their prior as it is. Points weigh
-    by their noise alone, as if the shaft were round.
+    the stations, and nothing else does. Levels are held with their prior as it is, or adjusted along like the others, as
+    ``errors.levels`` says. Points weigh by their noise alone, as if the shaft were round.
     """
     if not parts or not any(part.radius.any() for part in parts):
         return FitFailure("needed a station that sees the shaft, none does")
@@ -129,8 +129,10 @@ class _Known:
 def _by_cause(
     joined: Joined, to_lean: NDArray[np.float64], by_prior: NDArray[np.float64], known: _Known
 ) -> Prediction:
-    turned = (to_lean @ joined.matrix)[:, _columns(LEVEL, known.n)]
+    turned = _turned(joined, to_lean, by_prior, known)
     shifted = to_lean @ joined.form.T
+    if turned.shape[1] == 0:
+        turned = np.zeros((2, known.n * len(LEVEL)))
     turned_by_station = turned.reshape(2, known.n, len(LEVEL)).transpose(1, 0, 2)
     return Prediction(
         noise=to_lean @ joined.matrix @ to_lean.T,
@@ -142,6 +144,16 @@ def _by_cause(
     )
 
 
+def _turned(
+    joined: Joined, to_lean: NDArray[np.float64], by_prior: NDArray[np.float64], known: _Known
+) -> NDArray[np.float64]:
+    """Change (2, 2 n) of the lean with errors of the levels, station by station."""
+    columns = _columns(LEVEL, known.n)
+    if known.errors.levels == "held":
+        return np.asarray((to_lean @ joined.matrix)[:, columns])
+    return np.asarray(by_prior[:, np.isin(known.kept, columns)]).reshape(2, -1)
+
+
 def _columns(places: Sequence[int], n: int) -> NDArray[np.intp]:
     """Places among the unknowns, station by station."""
     first = AXIS + PARAMETERS_PER_STATION * np.arange(n)
@@ -151,7 +163,8 @@ def _columns(places: Sequence[int], n: int) -> NDArray[np.intp]:
 def _prior_variance(errors: Errors, n: int) -> NDArray[np.float64]:
     """Variance (4 + 6 n,) of the unknowns beforehand: infinite for the axis, 0 for what is not adjusted."""
     horizontal_m, vertical_m = errors.position_m
-    pose = [0.0, 0.0, errors.heading_rad, horizontal_m, horizontal_m, vertical_m]
+    level_rad = errors.level_rad if errors.levels == "adjusted" else 0.0
+    pose = [level_rad, level_rad, errors.heading_rad, horizontal_m, horizontal_m, vertical_m]
     return np.concatenate([np.full(AXIS, np.inf), np.tile(np.square(pose), n)])
 
 

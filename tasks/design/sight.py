@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,12 +52,16 @@ class Scanning:
             raise ShapeError(f"scanning needs a spacing, a reach and a limit below 90 degrees; got {self!r}")
 
 
+Levels = Literal["held", "adjusted"]
+
+
 @dataclass(frozen=True, slots=True)
 class Errors:
     """Standard deviations of what goes wrong; 0 is held as exact.
 
     ``range_m`` is stated at 100 m. ``position_m`` is horizontal and vertical. ``roughness_m`` is that of the surface
     from point to point; ``form_m`` what a patch of 5 m by 10 degrees is off the circle, the same for all stations.
+    ``levels`` says whether a fit takes the levels as they are, or adjusts them along with the axis.
     """
 
     range_m: float = 0.005
@@ -67,6 +71,7 @@ class Errors:
     heading_rad: float = 0.0
     roughness_m: float = 0.0
     form_m: float = 0.0
+    levels: Levels = "held"
 
     def __post_init__(self) -> None:
         values = (self.range_m, self.angle_rad, self.level_rad, *self.position_m, self.heading_rad)

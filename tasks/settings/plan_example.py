@@ -31,7 +31,7 @@ distance_m = {distance}             # from the axis
 spacing_deg = 0.02                  # step of the scanner; or points_per_station = 100000, on the shaft
 # hidden = [{{ azimuth_deg = [80.0, 130.0], below_m = {hidden} }}]   # of the surface, clockwise, seen from the axis
 # form_m = 0.01                     # what patches of 5 m by 10 degrees are off a circle
-primary = ["A", "robust"]           # the lean will come from this; ["S", "surface"] takes all heights
+primary = ["S", "surface"]          # the lean will come from this: the whole surface; or ["A", "robust"], ...
 """
 
 

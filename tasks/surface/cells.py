@@ -23,6 +23,10 @@ TUKEY_CUT: Final = 6.0
 """Cut of Tukey's biweight in sigmas: efficiency 0.98 at normal noise, and nothing beyond 6 sigma counts."""
 
 
+LEAST_PRICE: Final = 0.1
+"""Points without noise have the smallest noise that is counted with, and no information without bounds."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfacePoints:
     """Points (n, 3) of the isolated shaft, site frame, metres, and the station (n,) that saw each, from 0."""
@@ -89,7 +93,7 @@ class Cells:
     @property
     def robust_price(self) -> float:
         """Variance per unit of ``weight``: 1 for least squares, a little more for what robustness costs."""
-        return self.mean_weight * self.influence / self.slope**2
+        return max(self.mean_weight * self.influence / self.slope**2, LEAST_PRICE)
 
     def moved(self, change_m: NDArray[np.float64]) -> "Cells":
         """The cells after the surface moved by (c,) under them, far less than the noise."""

@@ -70,7 +70,8 @@ def fullest_form(form: Form, coverage_deg: float) -> Form:
 def choose_form(full: Form, values_m: NDArray[np.float64], normal: Normal, n_independent: float) -> Choice:
     """Choose a form within the fullest one.
 
-    Bending: the last order whose terms are significant (1 %, chi-square with 2 degrees of freedom for each order). Sections:
+    Bending: the last order whose terms are significant (chi-square with 2 degrees of freedom for each order, 1 % for all
+    orders together). Sections:
     the least Bayesian information criterion, with what dropped terms would add to chi-square taken from the normal
     equations (Wald), so that nothing is fitted again.
 
@@ -97,13 +98,14 @@ def _axis_order(
     full: Form, values_m: NDArray[np.float64], covariance: NDArray[np.float64]
 ) -> tuple[int, str]:
     found, said = 1, []
+    level = BENDING_LEVEL / max(full.axis_order - 1, 1)
     for order in range(2, full.axis_order + 1):
         places = [order, full.n_axis + order]
         chi2 = _wald(values_m, covariance, places)
         p_value = float(np.exp(-chi2 / 2.0))
         size_mm = 1e3 * float(np.hypot(*values_m[places]))
         said.append(f"order {order}: {size_mm:.2f} mm, p {p_value:.2g}")
-        if p_value < BENDING_LEVEL:
+        if p_value < level:
             found = order
     return found, "; ".join(said)
 

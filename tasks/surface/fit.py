@@ -23,7 +23,7 @@ SAMPLE: Final = 200_000
 """Points, evenly taken, that bring the surface near enough for all of them to be looked at only a few times."""
 
 MOST_STEPS: Final = 40
-MOST_PASSES: Final = 6
+MOST_PASSES: Final = 10
 
 FREE_SCALES: Final = 6
 """Steps in which the noise is estimated anew; then it stays, or its median swings for ever."""
@@ -40,6 +40,8 @@ COVERAGE_BANDS: Final = 10
 
 LEAST_COVERAGE_DEG: Final = 30.0
 """On a shorter arc the axis hangs on how round the shaft is."""
+
+NO_POINT_NEAR: Final = FitFailure("the surface ran away: needed points near it, got none")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -185,6 +187,8 @@ def _settle(sample: SurfacePoints, profile: Profile, grid: Grid, task: SurfaceTa
         if number < FREE_SCALES:
             noise = noise_by_direction(sample, _table(profile, task), radius_m)
         cells = _cells(sample, profile, grid, task, noise)
+        if not len(cells.weight):
+            return NO_POINT_NEAR
         weighed = Weighed(cells, np.ones(len(cells.weight)), _pose_terms(cells, profile, task))
         normal = normal_of(weighed, profile.form, profile.values_m)
         step = normal.step()
@@ -210,6 +214,8 @@ def _finish(cloud: SurfacePoints, near: Profile, frame: _Frame) -> Adjusted | Fi
     profile, choice = near, None
     for passed in range(1, MOST_PASSES + 1):
         cells = _cells(cloud, profile, frame.grid, frame.task, frame.noise_m)
+        if not len(cells.weight):
+            return NO_POINT_NEAR
         if passed == 1 and frame.task.chooses:
             choice, profile, cells = _choose(profile, cells, frame)
         before = profile
@@ -278,5 +284,5 @@ def _independent(normal: Normal) -> float:
 
 def _is_small(change_m: NDArray[np.float64], normal: Normal, share: float) -> bool:
     """Whether a change of the coefficients is below that share of their standard deviations."""
-    sigma = np.sqrt(np.diag(np.linalg.inv(normal.matrix)))
+    sigma = np.sqrt(np.maximum(np.diag(np.linalg.inv(normal.matrix)), 0.0))
     return bool((np.abs(change_m) <= share * sigma).all())

@@ -57,7 +57,7 @@ def by_pose_factors(
     cells: Cells, own: NDArray[np.float64], factor: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Change (c, r) of the residuals with independent unit errors that make up all poses (``factor`` (6 s, r))."""
-    blocks = factor.reshape(-1, PARAMETERS, factor.shape[1])
+    blocks = factor.reshape(len(factor) // PARAMETERS, PARAMETERS, factor.shape[1])
     terms = np.empty((len(own), factor.shape[1]))
     for station, block in enumerate(blocks):
         mine = cells.station == station

@@ -1,6 +1,6 @@
 """The covariance of a lean that comes from a surface: points, form, poses of the stations; and its two checks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.choice import FULL_COVERAGE_DEG
 from tasks.surface.fit import Adjusted
-from tasks.surface.form import Form, design, kept_in
-from tasks.surface.normal import Normal, Weighed
+from tasks.surface.form import Form, kept_in
+from tasks.surface.normal import Normal, Weighed, normal_of
 from tasks.surface.pieces import small_equations
 from tasks.surface.poses import StationPoses, by_own_pose, jacobian_of_poses
 from tasks.surface.wall_form import wall_form
@@ -24,8 +24,8 @@ RESAMPLES: Final = 400
 SEED: Final = 20250314
 
 OUT_OF_ROUND_RADII: Final = 5e-4
-"""Sd of each coefficient of a harmonic that was tried, not asked for, and left out because an arc cannot tell it from
-the axis: 2 mm on a shaft of 4 m, a good wall. It is counted as an error of the lean."""
+"""Sd of each coefficient of a harmonic that was tried and left out: 2 mm on a shaft of 4 m, a good wall. As far as the
+points leave it open, because an arc cannot tell it from the axis, it is counted as an error of the lean."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +42,7 @@ class Spread:
     bootstrap : array or None
         Both, by a bootstrap over pieces of the wall; None with too few of them for the unknowns.
     station_leans : (s, 2) array or None
-        What the lean changes by if a station is left out; None with one station.
+        What the lean changes by if a station that saw the shaft is left out; None with one such station.
     pose_jacobian : (2, 6 s) array or None
         What the lean changes by with the pose parameters of the stations; None where their positions are not known.
     base_points : (2, 2) array
@@ -79,7 +79,7 @@ def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -
         points=_noise(adjusted, lean_pull),
         form=_wall(adjusted, lean_pull) + _left_out(adjusted, lean_pull),
         bootstrap=_bootstrap(adjusted.cells, small),
-        station_leans=_without_each(adjusted.cells, small, n_stations) if n_stations > 1 else None,
+        station_leans=_without_each(adjusted.cells, small, n_stations),
         pose_jacobian=None if poses is None else _by_poses(adjusted, lean_pull, poses),
         base_points=_noise(adjusted, base_pull)
         + wall_form(adjusted.cells, adjusted.normal, base_pull)
@@ -135,16 +135,23 @@ def _wall(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _left_out(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance (2, 2) that harmonics which an arc cannot see may cause."""
-    form, full = adjusted.profile.form, adjusted.full
-    if form.harmonics >= full.harmonics:
+    """Covariance (2, 2) by harmonics that were left out, as far as the points leave them open."""
+    form = adjusted.profile.form
+    if form.harmonics >= adjusted.full.harmonics:
         return np.zeros((2, 2))
-    terms = design(full, adjusted.cells.z_m, adjusted.cells.direction)
-    places = np.setdiff1d(np.arange(full.size), kept_in(form, full))
-    lobes = pull @ terms[:, places[places >= 2 * full.n_axis + full.n_radius]]
+    large = replace(adjusted.full, axis_order=form.axis_order)
     first = 2 * form.n_axis
     radius_m = float(adjusted.profile.values_m[first : first + form.n_radius].mean())
-    return np.asarray((OUT_OF_ROUND_RADII * radius_m) ** 2 * lobes @ lobes.T)
+    start = np.zeros(large.size)
+    start[kept_in(form, large)] = adjusted.profile.values_m
+    weighed = Weighed(adjusted.cells, adjusted.blocks.share, adjusted.normal.poses)
+    normal = normal_of(weighed, large, start)
+    lobes = np.setdiff1d(np.arange(large.size), kept_in(form, large))
+    matrix = normal.matrix.copy()
+    matrix[lobes, lobes] += 1.0 / (OUT_OF_ROUND_RADII * radius_m) ** 2
+    open_m2 = np.linalg.inv(matrix)[np.ix_(lobes, lobes)]
+    follows = pull @ normal.design[:, lobes]
+    return np.asarray(follows @ open_m2 @ follows.T)
 
 
 def _by_poses(adjusted: Adjusted, pull: NDArray[np.float64], poses: StationPoses) -> NDArray[np.float64]:
@@ -154,15 +161,18 @@ def _by_poses(adjusted: Adjusted, pull: NDArray[np.float64], poses: StationPoses
 
 
 def _without_each(cells: Cells, small: _Equations, n_stations: int) -> NDArray[np.float64] | None:
-    """Change (s, 2) of the lean with each station left out; None where the rest fixes no axis."""
+    """Change (s, 2) of the lean with each of the s stations that have points left out; None where the rest fixes no axis."""
+    present = np.unique(cells.station)
+    if len(present) < 2:
+        return None
     pieces = small_equations(cells, small.normal, cells.station, n_stations)
     whole = pieces.solved(np.ones(n_stations))
-    changes = np.zeros((n_stations, 2))
-    for station in range(n_stations):
+    changes = np.zeros((len(present), 2))
+    for row, station in enumerate(present):
         others = np.ones(n_stations)
         others[station] = 0.0
         try:
-            changes[station] = small.lean_of @ (pieces.solved(others) - whole)
+            changes[row] = small.lean_of @ (pieces.solved(others) - whole)
         except np.linalg.LinAlgError:
             return None
     return changes

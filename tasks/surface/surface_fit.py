@@ -64,7 +64,7 @@ class SurfaceFit:
     bootstrap_covariance : (2, 2) array or None
         Both again, by a bootstrap of pieces of the wall; without what the arc cannot tell.
     station_changes : (s, 2) array or None
-        Change of the lean with each station left out.
+        Change of the lean with each station that saw the shaft left out.
     pose_jacobian : (2, 6 s) array or None
         Change of the lean with the poses of the stations.
     bands : tuple of SectionFit

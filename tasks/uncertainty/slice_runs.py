@@ -43,6 +43,8 @@ def form_of_slices(
         return np.zeros((2, 2))
     pulled = levers[used, None] * _off_cubic(centres_m[used])
     alone = _scatter(pulled, 1)
+    if alone == 0.0:
+        return np.zeros((2, 2))
     ratio = 1.0
     for length in RUNS:
         runs = m // length

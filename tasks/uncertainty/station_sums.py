@@ -17,6 +17,9 @@ SIZE_HELD: Final = 1e-9
 LOOSEST: Final = 1e8
 """Condition of normal equations above which the points that are left fix no centre."""
 
+MOST_GROWTH: Final = 9.0
+"""A centre whose variance grows more than this without a station is that station's: nothing can be said without it."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Skin:
@@ -85,7 +88,7 @@ def base_leverage(z_m: NDArray[np.float64], weights: NDArray[np.float64]) -> NDA
 def changes_without_each(
     sums: NDArray[np.float64], z_m: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Change (s, 2) of the lean with each station left out, to first order.
+    """Change (p, 2) of the lean with each of the p stations that have points left out, to first order.
 
     A slice whose centre the other stations do not fix drops out with the station.
 
@@ -98,20 +101,19 @@ def changes_without_each(
 
     Returns
     -------
-    (s, 2) array or None
+    (p, 2) array or None
         None where without some station fewer than 2 heights are left.
     """
-    n_stations = sums.shape[1]
+    present = np.flatnonzero(sums[:, :, 2, 2].any(axis=0))
     total = sums.sum(axis=1)
-    changes = np.zeros((n_stations, 2))
-    for station in range(n_stations):
+    changes = np.zeros((len(present), 2))
+    for row, station in enumerate(present):
         left = total - sums[:, station]
-        fixed = np.linalg.cond(left[:, :, :3]) < LOOSEST
-        fixed &= weights > 0.0
+        fixed = _still_fixed(total, left) & (weights > 0.0)
         if np.count_nonzero(fixed) < 2 or np.ptp(z_m[fixed]) == 0.0:
             return None
         moved = _centres(left[fixed]) - _centres(total[fixed])
-        changes[station] = leverage(z_m[fixed], weights[fixed]) @ moved
+        changes[row] = leverage(z_m[fixed], weights[fixed]) @ moved
     return changes
 
 
@@ -139,6 +141,16 @@ def moved_by_poses(
     # a rotation about the station's own origin turns the lever arm p - position
     by_pose[:, :, :3] -= np.cross(positions_m[:, None, :], shift)
     return np.asarray(by_pose.transpose(1, 0, 2).reshape(2, -1))
+
+
+def _still_fixed(total: NDArray[np.float64], left: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which centres (m,) are still fixed by the sums (m, 3, ``COLUMNS``) that are left of the total."""
+    fixed = (np.linalg.cond(total[:, :, :3]) < LOOSEST) & (np.linalg.cond(left[:, :, :3]) < LOOSEST)
+    before, after = (
+        np.trace(np.linalg.inv(part[fixed][:, :, :3])[:, :2, :2], axis1=1, axis2=2) for part in (total, left)
+    )
+    fixed[fixed] = after <= MOST_GROWTH * before
+    return np.asarray(fixed)
 
 
 def _centres(sums: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -94,7 +94,7 @@ def test_every_example_of_a_plan_can_be_predicted(
     file.write_text(text, encoding="utf-8")
     found = call(capsys, "plan", file, "--json").answer
     assert found["ok"]
-    assert found["primary"] == ["A", "robust"]
+    assert found["primary"] == ["S", "surface"]
     assert found["variance_shares"]["form"] > 0.0
     assert found["least_covered_deg"] == 310.0
 

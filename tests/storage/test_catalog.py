@@ -101,6 +101,7 @@ def test_the_catalog_holds_the_rows_of_the_tables(ws: Workspace) -> None:
         "pairs": 3,
         "removals": 3,
         "coverage": 6,
+        "surface_map": 6,
         "slices": 3 * N_SLICES,
         "tilt": 3,
         "schemes": 3,
@@ -110,6 +111,7 @@ def test_the_catalog_holds_the_rows_of_the_tables(ws: Workspace) -> None:
         "alarms": 0,
         "runs": 3,
         "changes": 2,
+        "surface_changes": 4,
         "latest": 1,
     }
 
@@ -187,7 +189,7 @@ def test_a_publication_cut_short_is_finished_before_the_catalog_is_built(ws: Wor
     with pytest.raises(PowerCut):
         publish_epoch(ws, STRUCTURE, "e0", epoch_tables("e0"), after_step=stop)
     rebuild_catalog(ws)
-    assert [count(ws, table) for table in EPOCH_TABLES] == [1, 2, 1, 1, 2, N_SLICES, 1, 1, 1, 1, 1, 0]
+    assert [count(ws, table) for table in EPOCH_TABLES] == [1, 2, 1, 1, 2, 2, N_SLICES, 1, 1, 1, 1, 1, 0]
 
 
 def test_a_damaged_table_is_told_and_the_old_catalog_stays(ws: Workspace) -> None:

@@ -9,11 +9,17 @@ from storage.catalog import rebuild_catalog
 from storage.errors import StorageError
 from storage.publish import publish_epoch
 from storage.verify import verify_workspace
-from storage.views import reference_lean_rows, scheme_comparison_rows, tilt_rows
+from storage.views import (
+    reference_lean_rows,
+    scheme_comparison_rows,
+    surface_change_rows,
+    surface_map_rows,
+    tilt_rows,
+)
 from storage.workspace import Workspace
 from tests.storage.campaign import STRUCTURE, epoch_tables, fill
 
-NEWER = ("reference_leans", "scheme_comparison")
+NEWER = ("reference_leans", "scheme_comparison", "surface_map")
 
 
 @pytest.fixture
@@ -28,6 +34,8 @@ def test_missing_tables_are_empty_views_beside_the_rows_of_the_others(older: Wor
     assert rebuild_catalog(older)
     assert reference_lean_rows(older, STRUCTURE) == []
     assert scheme_comparison_rows(older, STRUCTURE) == []
+    assert surface_map_rows(older, STRUCTURE, "e0") == []
+    assert surface_change_rows(older, STRUCTURE) == []
     assert [row.epoch for row in tilt_rows(older, STRUCTURE)] == ["e0", "e1"]
 
 

@@ -41,6 +41,7 @@ def test_each_reading_function_gives_the_published_rows(filled: Workspace) -> No
     assert views.pair_rows(filled, STRUCTURE, "e1") == tables["pairs"]
     assert views.removal_rows(filled, STRUCTURE, "e1") == tables["removals"]
     assert views.coverage_rows(filled, STRUCTURE, "e1") == tables["coverage"]
+    assert views.surface_map_rows(filled, STRUCTURE, "e1") == tables["surface_map"]
     assert views.slice_rows(filled, STRUCTURE, "e1", "A", "paper") == tables["slices"]
     assert views.tilt_rows(filled, STRUCTURE, "e1") == tables["tilt"]
     assert views.scheme_rows(filled, STRUCTURE, "e1") == tables["schemes"]

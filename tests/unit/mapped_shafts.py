@@ -7,9 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SurfaceMapCell
-from tasks.axis import Axis, fit_axis
-from tasks.lean import Lean
-from tasks.map_shapes import DesignedShape
+from tasks.map_shapes import DesignedShape, StraightAxis
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel
 from tasks.registration import Registration
@@ -63,35 +61,17 @@ def placed(scene: Scene) -> Registration:
     return registration(scene.azimuths_deg, sigmas())
 
 
-def surface_axis(cloud: PlacedCloud, scene: Scene) -> Lean:
+def surface_axis(cloud: PlacedCloud, scene: Scene) -> StraightAxis:
     """The axis of the whole surface."""
     found = lean_of_surface(cloud, MODEL, placed(scene), SurfaceQuestion("shaft", SHAFT_Z_M, "horizontal"))
     assert isinstance(found, SurfaceLean), found
-    return found.lean
+    return StraightAxis(found.lean.axis.point_m, found.lean.lean)
 
 
-def axis_of(model: ShaftModel) -> Lean:
+def axis_of(model: ShaftModel) -> StraightAxis:
     """The straight axis of a model."""
-    z_m = np.array(SHAFT_Z_M)
-    axis = fit_axis(
-        "two_points",
-        np.column_stack([model.straight_axis_at(z_m), z_m]),
-        np.tile(1e-8 * np.eye(2), (2, 1, 1)),
-    )
-    assert isinstance(axis, Axis), axis
-    covariance = axis.lean_covariance
-    return Lean(
-        axis=axis,
-        lean=axis.lean,
-        covariance=covariance,
-        point_covariance=covariance,
-        form_covariance=np.zeros((2, 2)),
-        propagated=covariance,
-        jackknife=None,
-        bootstrap=None,
-        source="propagation",
-        n_slices=2,
-        n_centres=2,
+    return StraightAxis(
+        np.array([model.base_east_m, model.base_north_m, 0.0]), np.array([model.lean_east, model.lean_north])
     )
 
 
@@ -105,7 +85,7 @@ class Asked:
 
 
 def map_of(
-    cloud: PlacedCloud, scene: Scene, asked: Asked | None = None, axis: Lean | None = None
+    cloud: PlacedCloud, scene: Scene, asked: Asked | None = None, axis: StraightAxis | None = None
 ) -> tuple[SurfaceMapCell, ...]:
     """The map of a cloud around the straight axis of the model, or another."""
     asked = asked or Asked()

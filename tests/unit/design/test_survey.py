@@ -177,3 +177,15 @@ def test_two_stations_of_one_name_are_misuse() -> None:
     one = Site("ST01", (0.0, 100.0, 1.0))
     with pytest.raises(ShapeError, match="a name of its own"):
         replace(survey(0.0), sites=(one, one))
+
+
+def test_levels_that_are_adjusted_along_count_alike_wherever_the_stations_stand() -> None:
+    """A near station has more points; only a fit that takes its level as it is lets it decide."""
+    near = Site("near", (0.0, -120.0, 1.6))
+    sites = (*(Site(f"far {i}", (260.0 * (i - 1), 260.0 * (i == 1), 1.6)) for i in range(3)), near)
+    held = replace(survey(0.0), sites=sites)
+    adjusted = replace(held, errors=replace(held.errors, levels="adjusted"))
+    pulls_held, pulls_adjusted = lean(held).pull, lean(adjusted).pull
+    assert np.ptp(pulls_held) > 0.1
+    assert pulls_adjusted == pytest.approx(0.25, abs=0.02)
+    assert lean(adjusted).sigma_worst < lean(held).sigma_worst

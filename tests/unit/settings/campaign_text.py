@@ -54,7 +54,7 @@ interval_m = 2.5
 table = "gb50078-concrete-quoted"
 verticality_m = [[100.0, 0.060], [120.0, 0.065]]
 [report]
-primary = ["A", "robust"]
+primary = ["S", "surface"]
 control = ["F", "paper"]
 """
 

@@ -145,7 +145,7 @@ ONE_FAULT = [
         "schemes.G: contour has no meaning beside surface; drop one of the two",
     ),
     (
-        '["A", "robust"]',
+        '["S", "surface"]',
         '["F", "robust"]',
         "report.primary: scheme 'F' has no method 'robust'; F goes with paper",
     ),
@@ -177,7 +177,7 @@ ONE_FAULT = [
         "schemes.I.adaptive.most_thickness_m: should be less than or equal to 50",
     ),
     (
-        '["A", "robust"]',
+        '["S", "surface"]',
         '["G", "surface"]',
         "report.primary: scheme 'G' has no method 'surface'; G goes with paper or robust",
     ),
@@ -205,17 +205,17 @@ ONE_FAULT = [
     ),
     ("[120.0, 0.065]", "[90.0, 0.065]", "limits.verticality_m: heights must rise, each height once"),
     (
-        '["A", "robust"]',
+        '["S", "surface"]',
         '["Z", "robust"]',
         "report.primary: unknown scheme 'Z'; known: A, B, C, D, E, F, S, G",
     ),
     (
-        '["A", "robust"]',
+        '["S", "surface"]',
         '["S", "robust"]',
         "report.primary: scheme 'S' has no method 'robust'; S goes with surface",
     ),
     (
-        '["A", "robust"]',
+        '["S", "surface"]',
         '["A", "fast"]',
         "report.primary[#2]: should be 'paper', 'robust' or 'surface', got 'fast'",
     ),

@@ -39,7 +39,7 @@ def test_time_keeps_its_offset(tmp_path: Path) -> None:
 def test_defaults_are_filled_in_where_the_file_is_silent(tmp_path: Path) -> None:
     campaign = load(tmp_path, FEWEST)
     assert campaign.structure.title == "pole"
-    assert campaign.report.primary == ("A", "robust")
+    assert campaign.report.primary == ("S", "surface")
     assert campaign.instrument.position_sigma_m == (0.015, 0.0225)
     assert json.loads(campaign.filled_in_json())["schemes"] == {}
 

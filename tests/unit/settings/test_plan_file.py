@@ -118,12 +118,12 @@ def test_a_square_tower_is_refused(tmp_path: Path) -> None:
 
 def test_a_campaign_lends_the_stations_of_its_latest_epoch_that_states_positions(tmp_path: Path) -> None:
     design = campaign_design(tmp_path, WHOLE)
-    assert (design.epoch, design.primary) == ("e1", ("A", "robust"))
+    assert (design.epoch, design.primary) == ("e1", ("S", "surface"))
     assert [site.position_m for site in design.survey.sites] == [(231.4, -12.9, 1.61), (-12.9, 231.4, 1.61)]
 
 
 def test_a_campaign_may_name_a_scheme_of_its_own(tmp_path: Path) -> None:
-    design = campaign_design(tmp_path, edited('primary = ["A"', 'primary = ["G"', WHOLE))
+    design = campaign_design(tmp_path, edited('["S", "surface"]', '["G", "robust"]', WHOLE))
     assert len(design.survey.bands.z_m) == 40
 
 

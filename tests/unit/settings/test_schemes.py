@@ -85,7 +85,7 @@ def test_slices_that_follow_the_points_are_counted(
 
 
 def test_an_adaptive_scheme_has_no_method_paper_to_report(tmp_path: Path) -> None:
-    text = edited('primary = ["A", "robust"]', 'primary = ["G", "paper"]')
+    text = edited('primary = ["S", "surface"]', 'primary = ["G", "paper"]')
     with pytest.raises(InputError, match="'G' has no method 'paper'; G goes with robust"):
         with_scheme(tmp_path, "adaptive = 0.002", text)
 
