@@ -1,7 +1,7 @@
 """Publish an epoch: its tables whole, then the catalog that people read."""
 
 from dataclasses import replace
-from typing import cast
+from typing import Final, cast
 
 from flows.epoch_quality import coverage_of, outlook_of, pairs_of
 from flows.epoch_work import EpochResult, EpochWork
@@ -12,6 +12,7 @@ from storage.digests import text_sha256
 from storage.ledger import store_settings
 from storage.records import EpochRow, ReferenceLeanRow, RemovalRow, SchemeComparisonRow, StationRow
 from storage.workspace import SCHEMA_VERSION
+from tasks.code_version import code_version
 from tasks.epoch_tables import (
     EpochFacts,
     Home,
@@ -30,7 +31,11 @@ from tasks.publishing import EpochTables, publish, with_other_schemes
 from tasks.quality_rows import with_outlook
 from tasks.reference_rows import reference_rows
 from tasks.scheme_comparison import EpochAxes, compare_schemes
+from tasks.stages import fit_scheme_axis, fit_whole_surface, map_whole_surface, slice_shaft
 from tasks.station_rows import station_rows, with_levels
+
+STAGES_OF_SCHEMES: Final = (slice_shaft, fit_scheme_axis, fit_whole_surface, map_whole_surface)
+"""Which of them run depends on the schemes that were asked for; the rows of the others stay in the epoch."""
 
 
 def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
@@ -116,7 +121,8 @@ def _epoch_row(work: EpochWork, result: EpochResult, *, has_result: bool) -> Epo
 
 def _facts(work: EpochWork, result: EpochResult, *, has_result: bool) -> EpochFacts:
     campaign = work.campaign
-    versions = sorted({row.code_version for row in work.calls.ledger.rows if row.epoch == work.epoch.id})
+    ran = {row.code_version for row in work.calls.ledger.rows if row.epoch == work.epoch.id}
+    versions = sorted(ran | {code_version(stage.fn) for stage in STAGES_OF_SCHEMES})
     used = result.shaft.facts.get("n_points_used") if result.shaft is not None else None
     return EpochFacts(
         epoch_time=work.epoch.time,

@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.accuracy.known_campaign import START_OFF_RAD
 from benchmarks.accuracy.sliced_shaft import BASE_RADIUS_M, HEIGHT_M, LEAN, TAPER, THICKNESS_M, Drawn
 from tasks.axis import AXES, fit_axis
 from tasks.contours import CONTOURS, Contour, fit_contour
@@ -85,8 +86,8 @@ def _surface_lean(drawn: Drawn, model: str) -> Found:
     knots = np.linspace(0.0, HEIGHT_M, 11)
     start = SurfaceStart(
         knots,
-        LEAN[0] * knots,
-        LEAN[1] * knots,
+        (LEAN[0] + START_OFF_RAD) * knots,
+        (LEAN[1] - START_OFF_RAD) * knots,
         BASE_RADIUS_M + TAPER * knots,
         (-THICKNESS_M / 2, HEIGHT_M + THICKNESS_M / 2),
     )

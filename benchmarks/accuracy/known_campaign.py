@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from benchmarks.accuracy.sliced_shaft import BASE_RADIUS_M, HEIGHT_M, LEAN, TAPER
-from benchmarks.accuracy.wall import Wall, draw_wall
+from benchmarks.accuracy.wall import Form, Wall, draw_wall
 from tasks.conventions import ARCSEC_RAD
 from tasks.geometry.rotations import rotation_from_vector
 from tasks.placing import PlacedCloud
@@ -20,6 +20,10 @@ from tasks.scheme_lean import IsolatedShaft
 DISTANCE_M: Final = 250.0
 RANGE_SIGMA_M: Final = 0.006
 ANGLE_SIGMA_RAD: Final = 5.0 * ARCSEC_RAD
+
+START_OFF_M: Final = 0.005
+START_OFF_RAD: Final = 20.0 * ARCSEC_RAD
+"""What the rough model of the shaft is off."""
 
 NOTHING: Final = InstrumentSigmas((1e-7, 1e-7), 1e-10, 1e-10)
 POSES: Final = InstrumentSigmas((0.010, 0.010), 15.0 * ARCSEC_RAD, 10.0 * ARCSEC_RAD)
@@ -35,36 +39,41 @@ class Campaign:
     stations: int = 8
     points: int = 15_000
     rough_m: float = 0.0
+    correlation_m: float = 3.0
     oval_m: float = 0.0
+    range_offset_m: float = 0.0
 
 
-def _level(sigma_arcsec: float) -> InstrumentSigmas:
-    return replace(NOTHING, level_rad=sigma_arcsec * ARCSEC_RAD)
+def _with_level(sigma_arcsec: float) -> InstrumentSigmas:
+    # positions are never known to a micrometre: if they were, the taper of the shaft would give the levels away
+    return replace(POSES, level_rad=sigma_arcsec * ARCSEC_RAD)
 
 
 CAMPAIGNS: Final[Mapping[str, Campaign]] = {
     "noise": Campaign("noise alone"),
     "poses": Campaign('10 mm, 15", 10" drawn and stated', POSES, POSES),
-    "levels": Campaign('levels 20" drawn and stated', _level(20.0), _level(20.0)),
-    "unstated": Campaign('levels 20" drawn, 2.9" stated', _level(20.0), _level(2.9)),
+    "levels": Campaign('levels 20" drawn and stated', _with_level(20.0), _with_level(20.0)),
+    "unstated": Campaign('levels 20" drawn, 2.9" stated', _with_level(20.0), _with_level(2.9)),
     "rough": Campaign("walls rough by 3 mm over 3 m", rough_m=0.003),
+    "rough1": Campaign("walls rough by 3 mm over 1 m", rough_m=0.003, correlation_m=1.0),
     "oval": Campaign("oval by 10 mm", oval_m=0.010),
+    "ranges": Campaign("poses, ranges off by 2 mm a station", POSES, POSES, range_offset_m=0.002),
     "poses4": Campaign("poses, 4 stations", POSES, POSES, stations=4),
     "poses3": Campaign("poses, 3 stations", POSES, POSES, stations=3),
     "rough4": Campaign("rough walls, 4 stations", rough_m=0.003, stations=4),
     "rough3": Campaign("rough walls, 3 stations", rough_m=0.003, stations=3),
-    "unstated4": Campaign("unstated levels, 4 stations", _level(20.0), _level(2.9), stations=4),
-    "unstated3": Campaign("unstated levels, 3 stations", _level(20.0), _level(2.9), stations=3),
+    "unstated4": Campaign("unstated levels, 4 stations", _with_level(20.0), _with_level(2.9), stations=4),
+    "unstated3": Campaign("unstated levels, 3 stations", _with_level(20.0), _with_level(2.9), stations=3),
 }
 
 
 def draw_campaign(campaign: Campaign, rng: np.random.Generator) -> IsolatedShaft:
     """Draw one campaign, registered and isolated."""
-    wall = draw_wall(campaign.rough_m, campaign.oval_m, rng)
+    wall = draw_wall(Form(campaign.rough_m, campaign.correlation_m, campaign.oval_m), rng)
     azimuth = 2.0 * np.pi * (np.arange(campaign.stations) + rng.random()) / campaign.stations
     places = DISTANCE_M * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
     positions = np.column_stack([places, np.full(campaign.stations, 1.7)])
-    clouds = [_seen(position, campaign.points, wall, rng) for position in positions]
+    clouds = [_seen(position, campaign, wall, rng) for position in positions]
     moved = [
         _misplaced(cloud, position, campaign.drawn, rng)
         for cloud, position in zip(clouds, positions, strict=True)
@@ -75,9 +84,10 @@ def draw_campaign(campaign: Campaign, rng: np.random.Generator) -> IsolatedShaft
 
 
 def _seen(
-    position_m: NDArray[np.float64], n: int, wall: Wall, rng: np.random.Generator
+    position_m: NDArray[np.float64], campaign: Campaign, wall: Wall, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Points (n, 3) on the side of the shaft that faces a station, as dense as an even grid of beams leaves them."""
+    n = campaign.points
     z = rng.uniform(0.0, HEIGHT_M, n)
     # even in the offset from the line of sight: the density on the skin falls with the cosine of the incidence
     angle = np.arctan2(position_m[1], position_m[0]) + np.arcsin(rng.uniform(-0.985, 0.985, n))
@@ -87,7 +97,8 @@ def _seen(
     distance = np.linalg.norm(sight, axis=1, keepdims=True)
     beam = sight / distance
     across = np.cross(rng.normal(size=(n, 3)), beam) * (ANGLE_SIGMA_RAD * distance)
-    return np.asarray(points + beam * rng.normal(0.0, RANGE_SIGMA_M, (n, 1)) + across)
+    along = rng.normal(0.0, RANGE_SIGMA_M, (n, 1)) + rng.normal(0.0, campaign.range_offset_m)
+    return np.asarray(points + beam * along + across)
 
 
 def _misplaced(
@@ -119,10 +130,10 @@ def _rough_model() -> ShaftModel:
     knots = np.linspace(0.0, HEIGHT_M, 11)
     straight = (0.0,) * len(knots)
     return ShaftModel(
-        base_east_m=0.0,
-        base_north_m=0.0,
-        lean_east=round(float(LEAN[0]), 4),
-        lean_north=round(float(LEAN[1]), 4),
+        base_east_m=START_OFF_M,
+        base_north_m=-START_OFF_M,
+        lean_east=float(LEAN[0]) + START_OFF_RAD,
+        lean_north=float(LEAN[1]) - START_OFF_RAD,
         radius_z_m=tuple(float(z) for z in knots),
         radius_m=tuple(float(radius) for radius in BASE_RADIUS_M + TAPER * knots),
         bend_east_m=straight,

@@ -9,12 +9,18 @@ from scipy.ndimage import map_coordinates
 
 from benchmarks.accuracy.sliced_shaft import BASE_RADIUS_M, HEIGHT_M, TAPER
 
-CORRELATION_M: Final = 3.0
-"""Distance over which the correlation of the roughness falls to exp(-1/2)."""
-
 WAVES: Final = 256
 COLUMNS: Final = 120
 ROWS: Final = 201
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Standard deviation of the roughness, the distance at which its correlation is exp(-1/2), amplitude of the oval."""
+
+    rough_m: float
+    correlation_m: float
+    oval_m: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,11 +41,11 @@ class Wall:
         return np.asarray(off + map_coordinates(self.rough_m, [row, column], order=1, mode="grid-wrap"))
 
 
-def draw_wall(rough_m: float, oval_m: float, rng: np.random.Generator) -> Wall:
-    """Draw a wall with that standard deviation of its roughness and that amplitude of its oval, metres."""
+def draw_wall(form: Form, rng: np.random.Generator) -> Wall:
+    """Draw a wall of that form."""
     oval_rad = float(rng.uniform(0.0, np.pi))
-    if rough_m == 0.0:
-        return Wall(None, oval_m, oval_rad)
+    if form.rough_m == 0.0:
+        return Wall(None, form.oval_m, oval_rad)
     z = np.linspace(0.0, HEIGHT_M, ROWS)[:, None]
     angle = np.linspace(0.0, 2.0 * np.pi, COLUMNS, endpoint=False)[None, :]
     radius = BASE_RADIUS_M + TAPER * z
@@ -47,7 +53,7 @@ def draw_wall(rough_m: float, oval_m: float, rng: np.random.Generator) -> Wall:
         [radius * np.cos(angle), radius * np.sin(angle), np.broadcast_to(z, (ROWS, COLUMNS))], axis=-1
     )
     # a random field in space with a Gaussian correlation, cut by the wall: smooth all the way round
-    waves = rng.normal(0.0, 1.0 / CORRELATION_M, (3, WAVES))
+    waves = rng.normal(0.0, 1.0 / form.correlation_m, (3, WAVES))
     phases = rng.uniform(0.0, 2.0 * np.pi, WAVES)
     field = np.cos(place @ waves + phases).sum(axis=-1)
-    return Wall(rough_m * np.sqrt(2.0 / WAVES) * field, oval_m, oval_rad)
+    return Wall(form.rough_m * np.sqrt(2.0 / WAVES) * field, form.oval_m, oval_rad)

@@ -23,6 +23,9 @@ def fit_form(request: SurfaceRequest, form: Form, *, chooses: bool, variant: str
     adjusted = adjust_surface(request.cloud, request.start, task)
     if isinstance(adjusted, FitFailure):
         return adjusted
+    bands = bands_of(adjusted, variant)
+    if all(band.state != "ok" for band in bands):
+        return FitFailure(f"needs bands of the shaft with a centre, got none among {len(bands)}")
     spread = spread_of(adjusted, request.cloud.n_stations, request.poses)
     profile = adjusted.profile
     middle = profile.origin_m + profile.values_m[[0, profile.form.n_axis]]
@@ -34,7 +37,7 @@ def fit_form(request: SurfaceRequest, form: Form, *, chooses: bool, variant: str
         bootstrap_covariance=spread.bootstrap,
         station_changes=spread.station_leans,
         pose_jacobian=spread.pose_jacobian,
-        bands=bands_of(adjusted, variant),
+        bands=bands,
         curve=_curve(adjusted),
         section_reason="" if adjusted.choice is None else adjusted.choice.section_reason,
         common_sigma_m=adjusted.blocks.common_sigma_m,

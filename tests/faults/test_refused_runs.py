@@ -78,7 +78,7 @@ def test_a_bad_campaign_file_is_refused_with_place_fault_and_way_out(
 @pytest.mark.parametrize(
     ("words", "error"),
     [
-        (("--scheme", "G"), "unknown slicing scheme 'G'; known: A, B, C, D, E, F"),
+        (("--scheme", "G"), "unknown slicing scheme 'G'; known: A, B, C, D, E, F, S"),
         (("--epoch", "2031-01"), f"unknown epoch '2031-01'; known: {FIRST}, {SECOND}"),
     ],
     ids=["scheme", "epoch"],

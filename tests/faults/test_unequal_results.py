@@ -74,7 +74,7 @@ def test_schemes_that_rest_on_other_points_are_left_out_and_the_note_says_so(pub
     again = published.run("--scheme", "B", "--epoch", SECOND, "--json")
     assert {row.scheme for row in published.schemes(SECOND).values()} == {"B"}
     assert state_of(again, SECOND)["notes"][-1] == (
-        "schemes A, C, D, E, F rested on other scans, poses or points and are left out; run without --scheme"
+        "schemes A, C, D, E, F, S rested on other scans, poses or points and are left out; run without --scheme"
     )
 
 

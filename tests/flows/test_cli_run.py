@@ -185,7 +185,7 @@ def test_run_of_a_bad_file_is_refused_before_anything_starts(
     ("words", "message"),
     [
         (["--epoch", "e9"], "error: unknown epoch 'e9'; known: e1, e2\n"),
-        (["--scheme", "Z"], "error: unknown slicing scheme 'Z'; known: A, B, C, D, E, F, G\n"),
+        (["--scheme", "Z"], "error: unknown slicing scheme 'Z'; known: A, B, C, D, E, F, G, S\n"),
     ],
 )
 def test_run_of_an_unknown_name_lists_the_known(

@@ -43,17 +43,19 @@ def test_demo_prints_found_against_true_for_every_scheme_and_method(told: Called
         for method in ("paper", "robust"):
             assert f" {scheme}        {method}" in found
     assert " F        paper" in told.out
+    assert " S        surface" in found
 
 
 def test_known_movement_is_found_within_its_sigma(told: Called, workspace: Path) -> None:
     again = call_process("demo", "--workspace", workspace, *SIZE, "--json")
     answer = json.loads(again.out)
     assert answer["stages"]["computed"] == 0
-    moved = [m for m in answer["found"]["changes"] if (m["scheme"], m["method"]) == ("A", "robust")]
-    assert [m["epoch"] for m in moved] == ["2025-04", "2025-07"]
-    for movement in moved:
-        # four stations: sigma is 1.1 mm; true are 4 and 8 mm
-        assert movement["error_top_m"] < 0.004
+    for axis in (("A", "robust"), ("S", "surface")):
+        moved = [m for m in answer["found"]["changes"] if (m["scheme"], m["method"]) == axis]
+        assert [m["epoch"] for m in moved] == ["2025-04", "2025-07"]
+        for movement in moved:
+            # four stations: sigma is 1.1 mm; true are 4 and 8 mm
+            assert movement["error_top_m"] < 0.004
 
 
 @needs_shared

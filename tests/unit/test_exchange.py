@@ -34,7 +34,11 @@ def test_every_scheme_travels_unchanged(scheme: SlicingScheme) -> None:
         StructurePrior("chimney", (2.0, 102.01), (0.1, -0.1), (4.6, 2.7)),
         InstrumentSigmas((0.015, 0.0225), 0.0026, 1.4e-5),
         Standard(
-            102.0, None, ((100.0, 0.06), (120.0, 0.065)), ("F", "paper"), (ReferenceLean("ts", 0.1, 0.2, 1e-5),)
+            102.0,
+            None,
+            ((100.0, 0.06), (120.0, 0.065)),
+            ("F", "paper"),
+            (ReferenceLean("ts", 0.1, 0.2, 1e-5),),
         ),
         Standard(102.0, "bre-digest-475", None, ("total station",), ()),
     ],

@@ -158,6 +158,14 @@ def test_nothing_is_said_of_stations_where_one_alone_sees_all_but_one_slice() ->
     assert changes_without_each(sums_of([cuts[0], *alone]), HEIGHTS_M, WEIGHTS) is None
 
 
+def test_a_station_without_points_is_none_that_is_left_out() -> None:
+    sums = sums_of(slices(noise_m=0.01))
+    with_idle = np.insert(sums, 1, 0.0, axis=1)
+    changes = changes_without_each(sums, HEIGHTS_M, WEIGHTS)
+    assert changes is not None
+    assert changes_without_each(with_idle, HEIGHTS_M, WEIGHTS) == pytest.approx(changes, rel=1e-12)
+
+
 def test_slices_without_weight_do_not_change_the_lean() -> None:
     cuts = slices(noise_m=0.01)
     weights = WEIGHTS.copy()
