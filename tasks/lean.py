@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
-from tasks.axis import LEAST_FOR_BENDING, Axis, fit_axis
+from tasks.axis import LEAST_FOR_BENDING, Axis, AxisCurve, fit_axis
 from tasks.axis.centres import Centres
 from tasks.axis.cone_cut import take_out_cone_cut
 from tasks.axis.line import direction_of_lean
@@ -161,6 +161,7 @@ def without_cone(lean: Lean, taper: float) -> Lean:
         lean.axis,
         direction=direction_of_lean(upright.lean),
         lean_covariance=lean.axis.lean_covariance / square,
+        curve=None if lean.axis.curve is None else _upright(lean.axis.curve, factor),
     )
     return replace(
         lean,
@@ -173,4 +174,15 @@ def without_cone(lean: Lean, taper: float) -> Lean:
         jackknife=None if lean.jackknife is None else lean.jackknife / square,
         bootstrap=None if lean.bootstrap is None else lean.bootstrap / square,
         cone_factor=factor,
+    )
+
+
+def _upright(curve: AxisCurve, factor: float) -> AxisCurve:
+    """Tangent and chord of an axis without the factor of the cone."""
+    sigma = None if curve.base_lean_sigma is None else curve.base_lean_sigma / factor
+    return replace(
+        curve,
+        base_lean=curve.base_lean / factor,
+        chord_lean=curve.chord_lean / factor,
+        base_lean_sigma=sigma,
     )

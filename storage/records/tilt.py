@@ -109,7 +109,7 @@ class TiltRow:
     jackknife_cov_ee: Annotated[
         float | None,
         Column(
-            "variance of lean_east by leaving out one station after the other; NULL below 4 stations", "1"
+            "variance of lean_east by leaving out one station after the other; NULL below 5 stations", "1"
         ),
     ] = None
     jackknife_cov_en: Annotated[

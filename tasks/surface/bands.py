@@ -1,7 +1,7 @@
 """A surface told band by band: the centre of each band beside the axis, its radius, how far it is out of round."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from storage.records import SectionFit
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.fit import CELLS_PER_INTERVAL, Adjusted
+from tasks.surface.form import kept_in
 from tasks.surface.profile import Profile
 
 LOOSEST_RADII: Final = 0.25
@@ -58,7 +59,7 @@ def _band(
     covariance = beside.covariance_m2
     axis = profile.axis_at(np.array([z_m]))[0] + profile.origin_m
     n_used = int(cells.n_used[rows].sum())
-    shape = _out_of_round(profile, z_m)
+    shape = _out_of_round(_asked_for(adjusted), z_m)
     return SectionFit(
         slice_index=index,
         z_m=z_m,
@@ -118,6 +119,15 @@ class _OutOfRound:
     roundness_m: float | None = None
     ovality_m: float | None = None
     ovality_azimuth_deg: float | None = None
+
+
+def _asked_for(adjusted: Adjusted) -> Profile:
+    """The surface without the harmonics that the data do not ask for."""
+    profile, choice = adjusted.profile, adjusted.choice
+    if choice is None:
+        return profile
+    small = replace(choice.asked_for, axis_order=profile.form.axis_order)
+    return Profile(small, profile.values_m[kept_in(small, profile.form)], profile.origin_m)
 
 
 def _out_of_round(profile: Profile, z_m: float) -> _OutOfRound:

@@ -57,8 +57,8 @@ class Cells:
     ----------
     station, height, sector : (c,) arrays
         Which cell it is.
-    z_m : (c,) array
-        Weighted mean height, metres.
+    z_m, foot_m : (c,) arrays
+        Weighted mean height, and that of the axis from which distances are counted, metres.
     direction : (c,) complex array
         Weighted mean of cos t + i sin t.
     n_points, n_used : (c,) arrays
@@ -80,6 +80,7 @@ class Cells:
     height: NDArray[np.intp]
     sector: NDArray[np.intp]
     z_m: NDArray[np.float64]
+    foot_m: NDArray[np.float64]
     direction: NDArray[np.complex128]
     n_points: NDArray[np.float64]
     n_used: NDArray[np.float64]
@@ -102,6 +103,7 @@ class Cells:
             self.height,
             self.sector,
             self.z_m,
+            self.foot_m,
             self.direction,
             self.n_points,
             self.n_used,
@@ -114,7 +116,7 @@ class Cells:
         )
 
 
-_SUMS: Final = 9
+_SUMS: Final = 10
 
 
 def sum_cells(cloud: SurfacePoints, table: ProfileTable, grid: Grid, sigma_m: NDArray[np.float64]) -> Cells:
@@ -179,6 +181,7 @@ def _sum_chunk(
         weight * look.direction.real,
         weight * look.direction.imag,
         weight * points[:, 2],
+        weight * look.foot_m,
         used * look.residual_m**2,
         robust,
     )
@@ -194,12 +197,13 @@ def _sum_chunk(
 def _cells_of(total: NDArray[np.float64], moments: NDArray[np.float64], grid: Grid) -> Cells:
     """Cells in which any point counts, and the other ones' points left out."""
     held = np.flatnonzero(total[2] > 0.0)
-    n_points, n_used, weight, wr, wc, ws, wz, square, _ = total[:, held]
+    n_points, n_used, weight, wr, wc, ws, wz, wf, square, _ = total[:, held]
     return Cells(
         station=held // (grid.n_heights * SECTORS),
         height=held // SECTORS % grid.n_heights,
         sector=held % SECTORS,
         z_m=wz / weight,
+        foot_m=wf / weight,
         direction=(wc + 1j * ws) / weight,
         n_points=n_points,
         n_used=n_used,

@@ -20,6 +20,14 @@ FIRST_HARMONIC: Final = 2
 """The first harmonic of a radius is a shift of the centre, and so belongs to the axis."""
 
 
+STRAIGHT_ON: Final = 1e-6
+"""Step from an end, as a part of half the height, over which its slope is taken."""
+
+
+def _splines(share: NDArray[np.float64], knots: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(BSpline.design_matrix(share, knots, SPLINE_DEGREE, extrapolate=True).toarray())
+
+
 @dataclass(frozen=True, slots=True)
 class Form:
     """Which terms a surface has.
@@ -38,6 +46,9 @@ class Form:
         Highest harmonic of the section, 0 for round ones.
     harmonic_order : int
         Order in height of every a_k and b_k.
+    free : (int, int) or None
+        Highest harmonic and order in height that the data ask for; the ones beyond are held near zero. None where none is
+        held.
     """
 
     shaft_z_m: tuple[float, float]
@@ -46,6 +57,21 @@ class Form:
     radius_order: int = 1
     harmonics: int = 0
     harmonic_order: int = 0
+    free: tuple[int, int] | None = None
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Which coefficients (size,) of harmonics are held near zero."""
+        held = np.zeros(self.size, dtype=np.bool_)
+        if self.free is None:
+            return held
+        highest, order = self.free
+        width = self.harmonic_order + 1
+        first = 2 * self.n_axis + self.n_radius
+        for number, k in enumerate(np.repeat(self.orders, 2)):
+            own = held[first + number * width : first + (number + 1) * width]
+            own[(order + 1) if k <= highest else 0 :] = True
+        return held
 
     @property
     def half_m(self) -> float:
@@ -100,8 +126,15 @@ class Form:
         below = -1.0 - step * np.arange(SPLINE_DEGREE, 0, -1)
         above = 1.0 + step * np.arange(1, SPLINE_DEGREE + 1)
         knots = np.concatenate([below, inner, above])
-        terms = BSpline.design_matrix(np.clip(share, -1.0, 1.0), knots, SPLINE_DEGREE, extrapolate=True)
-        return np.asarray(terms.toarray())
+        inside = np.clip(share, -1.0, 1.0)
+        terms = _splines(inside, knots)
+        beyond = np.flatnonzero(share != inside)
+        if len(beyond):
+            # straight on beyond the ends
+            back = inside[beyond] * (1.0 - STRAIGHT_ON)
+            slope = (terms[beyond] - _splines(back, knots)) / (inside[beyond] - back)[:, None]
+            terms[beyond] += slope * (share[beyond] - inside[beyond])[:, None]
+        return terms
 
     def _share(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray((z_m - self.middle_m) / self.half_m)

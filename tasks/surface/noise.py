@@ -15,6 +15,11 @@ INCIDENCE_EDGES_DEG: Final = (25.0, 45.0, 60.0, 72.0)
 LEAST_IN_CLASS: Final = 100
 """Fewer points make no scale of their own: those of the station, or of all stations, are taken instead."""
 
+MOST_OF_STATION: Final = 5.0
+"""A class that scatters more than this many times the station's own scale holds strays, not the wall."""
+
+OFFSET_SIGMAS: Final = 3.0
+
 SMALLEST_SIGMA_RADII: Final = 1e-7
 """Noise of a perfect surface as a part of its radius: a zero would reject every point."""
 
@@ -35,15 +40,32 @@ def noise_by_direction(sample: SurfacePoints, table: ProfileTable, radius_m: flo
         own = np.flatnonzero(sample.station_index == station)
         if len(own) < LEAST_IN_CLASS:
             continue
-        sigma[station] = max(mad_sigma(look.residual_m[own]), floor)
+        sigma_of_station = max(_scatter(look.residual_m[own]), floor)
+        sigma[station] = sigma_of_station
         towards = look.direction[own].sum()
         classes = _incidence_class(middles, towards)
         of_point = classes[sector[own]]
         for number in range(len(INCIDENCE_EDGES_DEG) + 1):
             members = own[of_point == number]
             if len(members) >= LEAST_IN_CLASS:
-                sigma[station, classes == number] = max(mad_sigma(look.residual_m[members]), floor)
+                own_scale = min(_scatter(look.residual_m[members]), MOST_OF_STATION * sigma_of_station)
+                sigma[station, classes == number] = max(own_scale, floor)
     return sigma
+
+
+def noise_of_all(sample: SurfacePoints, table: ProfileTable, radius_m: float) -> NDArray[np.float64]:
+    """The same (stations, SECTORS) with one scale for all points."""
+    scale = mad_sigma(table.look_at(sample.points_m).residual_m)
+    return np.full((sample.n_stations, SECTORS), max(scale, SMALLEST_SIGMA_RADII * radius_m))
+
+
+def _scatter(residuals_m: NDArray[np.float64]) -> float:
+    """Robust standard deviation about the median, because where a station stands a little off, that is no noise.
+
+    A station that stands far off keeps its points: the median itself lies within ``OFFSET_SIGMAS``.
+    """
+    middle = float(np.median(residuals_m))
+    return max(mad_sigma(residuals_m - middle), abs(middle) / OFFSET_SIGMAS)
 
 
 def _incidence_class(directions: NDArray[np.complex128], towards: complex) -> NDArray[np.intp]:

@@ -66,11 +66,13 @@ class Profile:
 class Look:
     """Points as a surface sees them.
 
-    ``residual_m`` (n,) is their distance from the axis less that of the skin, ``direction`` (n,) cos t + i sin t.
+    ``residual_m`` (n,) is their distance from the axis less that of the skin, ``direction`` (n,) cos t + i sin t, ``foot_m``
+    (n,) the height of the axis from which it is counted: their own, unless distances are taken across the axis.
     """
 
     residual_m: NDArray[np.float64]
     direction: NDArray[np.complex128]
+    foot_m: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +97,7 @@ class ProfileTable:
             return self._look_across(points_m[:, 2], at, de, dn)
         distance = np.maximum(np.sqrt(de * de + dn * dn), np.finfo(float).tiny)
         direction = np.asarray((de + 1j * dn) / distance, dtype=np.complex128)
-        return Look(distance - at[:, 2] - self._form(place, share, direction), direction)
+        return Look(distance - at[:, 2] - self._form(place, share, direction), direction, points_m[:, 2])
 
     def _look_across(
         self,
@@ -109,12 +111,13 @@ class ProfileTable:
         length = 1.0 + slope_e**2 + slope_n**2
         along = de * slope_e + dn * slope_n
         distance = np.sqrt(np.maximum(de * de + dn * dn - along**2 / length, np.finfo(float).tiny))
-        foot, share = self._place(z_m + along / length)
+        foot_m = z_m + along / length
+        foot, share = self._place(foot_m)
         radius = self.rows[foot, 2] + share * (self.rows[foot + 1, 2] - self.rows[foot, 2])
         # what is left of the horizontal after the part along the axis
         left = (de - along * slope_e / length) + 1j * (dn - along * slope_n / length)
         direction = np.asarray(left / np.maximum(np.abs(left), np.finfo(float).tiny), dtype=np.complex128)
-        return Look(distance - radius - self._form(foot, share, direction), direction)
+        return Look(distance - radius - self._form(foot, share, direction), direction, foot_m)
 
     def _place(self, z_m: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         place = (z_m - self.low_m) / self.step_m

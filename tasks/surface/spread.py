@@ -10,7 +10,7 @@ from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.choice import FULL_COVERAGE_DEG
 from tasks.surface.fit import Adjusted
 from tasks.surface.form import Form, kept_in
-from tasks.surface.normal import Normal, Weighed, normal_of
+from tasks.surface.normal import Normal, Weighed, mean_radius_m, normal_of, prior_matrix
 from tasks.surface.pieces import small_equations
 from tasks.surface.poses import StationPoses, by_own_pose, jacobian_of_poses
 from tasks.surface.wall_form import wall_form
@@ -22,10 +22,6 @@ SECTORS_OF_CLUSTER: Final = 9
 
 RESAMPLES: Final = 400
 SEED: Final = 20250314
-
-OUT_OF_ROUND_RADII: Final = 5e-4
-"""Sd of each coefficient of a harmonic that was tried and left out: 2 mm on a shaft of 4 m, a good wall. As far as the
-points leave it open, because an arc cannot tell it from the axis, it is counted as an error of the lean."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,12 +73,15 @@ def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -
     small = _asked_for(adjusted)
     return Spread(
         points=_noise(adjusted, lean_pull),
-        form=_wall(adjusted, lean_pull) + _left_out(adjusted, lean_pull),
+        form=_wall(adjusted, lean_pull)
+        + _out_of_round(adjusted, equations.lean_of)
+        + _left_out(adjusted, lean_pull),
         bootstrap=_bootstrap(adjusted.cells, small),
-        station_leans=_without_each(adjusted.cells, small, n_stations),
+        station_leans=_without_each(adjusted.cells, _straightened(adjusted), n_stations),
         pose_jacobian=None if poses is None else _by_poses(adjusted, lean_pull, poses),
         base_points=_noise(adjusted, base_pull)
         + wall_form(adjusted.cells, adjusted.normal, base_pull)
+        + _out_of_round(adjusted, equations.base_of)
         + _left_out(adjusted, base_pull),
         base_pose_jacobian=None if poses is None else _by_poses(adjusted, base_pull, poses),
     )
@@ -119,6 +118,15 @@ def _asked_for(adjusted: Adjusted) -> _Equations:
     return _Equations(adjusted.normal.kept(kept_in(small, form)), small)
 
 
+def _straightened(adjusted: Adjusted) -> _Equations:
+    """The form with no more bending than the data ask for: a station may be all that fixes the rest."""
+    form = adjusted.profile.form
+    if adjusted.choice is None:
+        return _Equations(adjusted.normal, form)
+    small = replace(form, axis_order=adjusted.choice.asked_for.axis_order)
+    return _Equations(adjusted.normal.kept(kept_in(small, form)), small)
+
+
 def _noise(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
     """Covariance (2, 2) from the noise of the points alone."""
     return np.asarray(pull * (adjusted.cells.robust_price / adjusted.cells.weight) @ pull.T)
@@ -139,19 +147,23 @@ def _left_out(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float
     form = adjusted.profile.form
     if form.harmonics >= adjusted.full.harmonics:
         return np.zeros((2, 2))
-    large = replace(adjusted.full, axis_order=form.axis_order)
-    first = 2 * form.n_axis
-    radius_m = float(adjusted.profile.values_m[first : first + form.n_radius].mean())
+    large = replace(adjusted.full, axis_order=form.axis_order, free=(form.harmonics, form.harmonic_order))
     start = np.zeros(large.size)
     start[kept_in(form, large)] = adjusted.profile.values_m
     weighed = Weighed(adjusted.cells, adjusted.blocks.share, adjusted.normal.poses)
     normal = normal_of(weighed, large, start)
-    lobes = np.setdiff1d(np.arange(large.size), kept_in(form, large))
-    matrix = normal.matrix.copy()
-    matrix[lobes, lobes] += 1.0 / (OUT_OF_ROUND_RADII * radius_m) ** 2
-    open_m2 = np.linalg.inv(matrix)[np.ix_(lobes, lobes)]
+    lobes = np.flatnonzero(large.held)
+    open_m2 = normal.covariance()[np.ix_(lobes, lobes)]
     follows = pull @ normal.design[:, lobes]
     return np.asarray(follows @ open_m2 @ follows.T)
+
+
+def _out_of_round(adjusted: Adjusted, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance (2, 2) that harmonics which are held near zero may cause."""
+    form, values_m = adjusted.profile.form, adjusted.profile.values_m
+    prior = prior_matrix(form, mean_radius_m(form, values_m))[np.ix_(form.held, form.held)]
+    gain = (rows @ adjusted.normal.covariance())[:, form.held]
+    return np.asarray(gain @ prior @ gain.T)
 
 
 def _by_poses(adjusted: Adjusted, pull: NDArray[np.float64], poses: StationPoses) -> NDArray[np.float64]:

@@ -36,15 +36,13 @@ def wall_modes(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> N
     values_m : (p,) array
         Its coefficients, metres.
     """
-    waves = Form(
-        form.shaft_z_m,
-        AXIS_ORDER,
-        form.radius_intervals,
-        form.radius_order,
-        harmonics=HARMONICS,
-        harmonic_order=HARMONIC_ORDER,
-    )
-    cells = weighed.cells
+    wide = few_waves_factor(len(_beside(_waves_of(form))[0]))
+    return np.asarray(np.eye(2) * wide * 3.0 * wave_power(weighed, form, values_m) / form.half_m**2)
+
+
+def wave_power(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> float:
+    """Power of the wall's waves beside the lean, beyond noise: the variance of a coefficient of order j over 2 j + 1."""
+    waves, cells = _waves_of(form), weighed.cells
     places, orders = _beside(waves)
     start = np.zeros(waves.size)
     start[kept_in(replace(form, harmonics=0), waves)] = values_m[: 2 * form.n_axis + form.n_radius]
@@ -56,10 +54,18 @@ def wall_modes(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> N
     scale = 2.0 * orders + 1.0
     found, expected = float(np.mean(power**2 / scale)), float(np.mean(noise / scale))
     excess = found - expected
-    if excess <= SIGNIFICANT * expected * float(np.sqrt(2.0 / len(places))):
-        return np.zeros((2, 2))
-    wide = few_waves_factor(len(places))
-    return np.asarray(np.eye(2) * wide * 3.0 * excess / form.half_m**2)
+    return excess if excess > SIGNIFICANT * expected * float(np.sqrt(2.0 / len(places))) else 0.0
+
+
+def _waves_of(form: Form) -> Form:
+    return Form(
+        form.shaft_z_m,
+        AXIS_ORDER,
+        form.radius_intervals,
+        form.radius_order,
+        harmonics=HARMONICS,
+        harmonic_order=HARMONIC_ORDER,
+    )
 
 
 def few_waves_factor(n: int) -> float:

@@ -9,10 +9,10 @@ from scipy.special import gammaincc
 
 from storage.errors import ShapeError
 
-LEAST_STATIONS: Final = 4
+LEAST_STATIONS: Final = 5
 """With fewer stations the scatter of what is left tells nothing."""
 
-MISFIT_LEVEL: Final = 0.05
+MISFIT_LEVEL: Final = 0.02
 """Probability with which stations that fit their stated errors are taken for ones that do not."""
 
 CHI2_95: Final = 5.991464547107979
@@ -62,7 +62,7 @@ def state_covariance(propagated: NDArray[np.float64], changes: NDArray[np.float6
     """Choose the honest one of two covariances: that of propagation, unless the stations contradict it.
 
     Propagation knows errors that all stations share, the jackknife errors that nobody stated. If the stations scatter more
-    than propagation allows (5 %), the larger of both counts in every direction; the jackknife is then widened for the few
+    than propagation allows (2 %), the larger of both counts in every direction; the jackknife is then widened for the few
     stations behind it (Hotelling), so that the chi-square region of 95 % is one.
 
     Parameters

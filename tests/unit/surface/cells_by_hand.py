@@ -17,11 +17,13 @@ def cells_with(residual_m: NDArray[np.float64], sigma_m: float) -> Cells:
     """One cell for every height and sector, with mean residuals (``N_HEIGHTS``, ``SECTORS``) of that sigma each."""
     height, sector = np.divmod(np.arange(N_HEIGHTS * SECTORS), SECTORS)
     ones = np.ones(len(height))
+    heights_m = SHAFT_Z_M[0] + (height + 0.5) * (SHAFT_Z_M[1] - SHAFT_Z_M[0]) / N_HEIGHTS
     return Cells(
         station=np.zeros(len(height), dtype=np.intp),
         height=height,
         sector=sector,
-        z_m=SHAFT_Z_M[0] + (height + 0.5) * (SHAFT_Z_M[1] - SHAFT_Z_M[0]) / N_HEIGHTS,
+        z_m=heights_m,
+        foot_m=heights_m,
         direction=np.exp(2j * np.pi * (sector + 0.5) / SECTORS),
         n_points=4.0 * ones,
         n_used=4.0 * ones,
@@ -54,6 +56,7 @@ def without_sectors(cells: Cells, first: int) -> Cells:
         "height",
         "sector",
         "z_m",
+        "foot_m",
         "direction",
         "n_points",
         "n_used",

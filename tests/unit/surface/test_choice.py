@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tasks.surface.choice import choose_form, fullest_form
+from tasks.surface.choice import Evidence, choose_form, fullest_form
 from tasks.surface.form import Form, kept_in
 from tests.unit.surface.cells_by_hand import SHAFT_Z_M, equations_of
 
 STRAIGHT = Form(SHAFT_Z_M, axis_order=1, radius_intervals=8)
-INDEPENDENT = 2000.0
+EVIDENCE = Evidence(n_independent=2000.0, wall_m2=0.0)
 
 
 def covariance_of(form: Form, seed: int = 1) -> NDArray[np.float64]:
@@ -41,7 +41,7 @@ def test_one_straight_shaft_in_a_hundred_is_taken_for_a_bent_one() -> None:
     n, truth = 3000, values_of(bendable)
     bent = sum(
         choose_form(
-            bendable, truth + root @ rng.standard_normal(bendable.size), equations, INDEPENDENT
+            bendable, truth + root @ rng.standard_normal(bendable.size), equations, EVIDENCE
         ).axis_model
         != "straight"
         for _ in range(n)
@@ -56,7 +56,7 @@ def test_one_straight_shaft_in_a_hundred_is_taken_for_a_bent_one() -> None:
 )
 def test_bending_far_beyond_its_sigma_is_found_to_its_order(terms_m: dict[str, float], model: str) -> None:
     full = fullest_form(STRAIGHT, 360.0)
-    choice = choose_form(full, values_of(full, **terms_m), equations_of(full, independent(full)), INDEPENDENT)
+    choice = choose_form(full, values_of(full, **terms_m), equations_of(full, independent(full)), EVIDENCE)
     assert choice.axis_model == model
     assert "20.00 mm" in choice.axis_reason
 
@@ -67,7 +67,7 @@ def test_a_round_section_stays_round() -> None:
     root, equations = np.linalg.cholesky(covariance), equations_of(full, covariance)
     rng = np.random.default_rng(3)
     found = [
-        choose_form(full, values_of(full) + root @ rng.standard_normal(full.size), equations, INDEPENDENT)
+        choose_form(full, values_of(full) + root @ rng.standard_normal(full.size), equations, EVIDENCE)
         for _ in range(30)
     ]
     assert [choice.asked_for.harmonics for choice in found] == [0] * 30
@@ -78,18 +78,19 @@ def test_an_oval_asks_for_the_second_harmonic_as_it_changes_with_height() -> Non
     values = values_of(full)
     first = 2 * full.n_axis + full.n_radius
     values[first] = 0.03
-    choice = choose_form(full, values, equations_of(full, independent(full)), INDEPENDENT)
+    choice = choose_form(full, values, equations_of(full, independent(full)), EVIDENCE)
     assert (choice.asked_for.harmonics, choice.asked_for.harmonic_order) == (2, 0)
     values[first + 1] = 0.01
-    choice = choose_form(full, values, equations_of(full, independent(full)), INDEPENDENT)
+    choice = choose_form(full, values, equations_of(full, independent(full)), EVIDENCE)
     assert (choice.asked_for.harmonics, choice.asked_for.harmonic_order) == (2, 1)
 
 
 def test_terms_that_cost_the_lean_nothing_are_kept() -> None:
     full = fullest_form(STRAIGHT, 360.0)
-    choice = choose_form(full, values_of(full), equations_of(full, independent(full)), INDEPENDENT)
+    choice = choose_form(full, values_of(full), equations_of(full, independent(full)), EVIDENCE)
     assert choice.asked_for.axis_order == 1
-    assert choice.kept == full
+    assert choice.kept.axis_order == full.axis_order
+    assert choice.kept.free == (0, 0)
 
 
 def test_terms_that_cost_the_lean_are_dropped_unless_the_data_ask_for_them() -> None:
@@ -98,14 +99,17 @@ def test_terms_that_cost_the_lean_are_dropped_unless_the_data_ask_for_them() -> 
     lobe = full.size - 1
     slope = full.lean_rows[0]
     covariance[slope, lobe] = covariance[lobe, slope] = 0.9e-6
-    choice = choose_form(full, values_of(full), equations_of(full, covariance), INDEPENDENT)
+    choice = choose_form(full, values_of(full), equations_of(full, covariance), EVIDENCE)
     assert choice.kept == choice.asked_for
     assert choice.kept.harmonics == 0
 
 
 @pytest.mark.parametrize(("coverage_deg", "harmonics"), [(360.0, 6), (300.0, 6), (285.0, 3), (120.0, 2)])
 def test_the_shorter_the_arc_the_fewer_harmonics_are_tried(coverage_deg: float, harmonics: int) -> None:
-    assert fullest_form(STRAIGHT, coverage_deg).harmonics == harmonics
+    full = fullest_form(STRAIGHT, coverage_deg)
+    assert full.free == (harmonics, 2)
+    assert full.harmonics == 6
+    assert np.count_nonzero(full.held) == 2 * 3 * (6 - harmonics)
 
 
 def test_a_smaller_form_keeps_its_terms_in_a_larger_one() -> None:

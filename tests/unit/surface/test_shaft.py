@@ -180,7 +180,7 @@ def test_the_bootstrap_agrees_with_propagation_on_white_noise() -> None:
 
 def test_what_an_arc_cannot_tell_is_counted_and_what_a_ring_can_is_not() -> None:
     ring, arc = fitted(Shaft()), fitted(Shaft(arc_deg=120.0))
-    assert np.trace(ring.form_covariance) == pytest.approx(0.0, abs=1e-14)
+    assert np.trace(ring.form_covariance) < 0.01 * np.trace(ring.point_covariance)
     assert np.trace(arc.form_covariance) > np.trace(arc.point_covariance)
 
 

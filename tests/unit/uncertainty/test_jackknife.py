@@ -37,7 +37,7 @@ def test_of_a_mean_the_jackknife_is_the_sample_covariance_over_n() -> None:
     assert jackknife_covariance(without_each(found)) == pytest.approx(np.cov(found.T) / 6, rel=1e-10)
 
 
-@pytest.mark.parametrize("n", [4, 8, 20])
+@pytest.mark.parametrize("n", [5, 8, 20])
 def test_independent_station_errors_give_their_covariance_in_the_mean(n: int) -> None:
     rng = np.random.default_rng(2)
     draws = [jackknife_covariance(without_each(leans(rng, n))) for _ in range(800)]
@@ -45,12 +45,12 @@ def test_independent_station_errors_give_their_covariance_in_the_mean(n: int) ->
     assert np.mean(draws, axis=0) == pytest.approx(STATION / n, abs=0.116 * STATION[0, 0] / n)
 
 
-def test_stations_that_fit_keep_propagation_in_95_of_100() -> None:
+def test_stations_that_fit_keep_propagation_in_98_of_100() -> None:
     rng = np.random.default_rng(3)
     stated = [state_covariance(STATION / 8, without_each(leans(rng, 8))) for _ in range(1500)]
     kept = [s for s in stated if s.source == "propagation"]
     # sd of the share 0.56 %
-    assert len(kept) / 1500 == pytest.approx(0.95, abs=0.02)
+    assert len(kept) / 1500 == pytest.approx(0.98, abs=0.015)
     assert all(s.covariance is not None and (s.covariance == STATION / 8).all() for s in kept)
 
 
@@ -89,8 +89,8 @@ def test_the_factor_for_few_stations_is_that_of_hotelling() -> None:
     assert hotelling_factor(10_000) == pytest.approx(1.0, abs=2e-3)
 
 
-@pytest.mark.parametrize("n", [0, 2, 3])
-def test_below_four_stations_propagation_stands_alone(n: int) -> None:
+@pytest.mark.parametrize("n", [0, 2, 4])
+def test_below_five_stations_propagation_stands_alone(n: int) -> None:
     stated = state_covariance(STATION, np.full((n, 2), 1.0))
     assert (stated.jackknife, stated.misfit_p, stated.source) == (None, None, "propagation")
     assert stated.covariance is STATION
@@ -109,9 +109,9 @@ def test_the_stated_region_holds_the_truth_where_sigmas_are_stated_too_small(n: 
     assert 0.92 <= share_within(np.random.default_rng(8), n, worse) <= 0.99
 
 
-def test_three_stations_make_no_jackknife() -> None:
-    with pytest.raises(ShapeError, match=r"at least 4 stations, got \(3, 2\)"):
-        jackknife_covariance(np.zeros((3, 2)))
+def test_four_stations_make_no_jackknife() -> None:
+    with pytest.raises(ShapeError, match=r"at least 5 stations, got \(4, 2\)"):
+        jackknife_covariance(np.zeros((4, 2)))
 
 
 def test_changes_that_are_not_finite_make_no_jackknife() -> None:
