@@ -126,7 +126,7 @@ def test_a_cone_that_was_built_plumb_and_leaned_is_round_across_its_axis(tilt_de
     direction = np.array([tangent, 0.0, 1.0]) / np.hypot(tangent, 1.0)
     rng = np.random.default_rng(2)
     along, turn = rng.uniform(-8.0, 115.0, 40_000), rng.uniform(0, 2 * np.pi, 40_000)
-    radius = 4.6 + taper * along
+    radius = 4.6 + taper * along + 0.002 * rng.standard_normal(40_000)
     across = np.array([direction[2], 0.0, -direction[0]])
     skin = along[:, None] * direction + (radius * np.cos(turn))[:, None] * across
     skin[:, 1] += radius * np.sin(turn)
@@ -134,9 +134,9 @@ def test_a_cone_that_was_built_plumb_and_leaned_is_round_across_its_axis(tilt_de
     shaft = Shaft(lean=(tangent, 0.0), taper=taper)
     right = fit_of(request_of(cloud, shaft, "perpendicular"), "cone")
     wrong = fit_of(request_of(cloud, shaft, "horizontal"), "cone")
-    assert right.lean[0] == pytest.approx(tangent, rel=2e-6)
+    assert right.lean[0] == pytest.approx(tangent, abs=4 * sigmas(right)[0])
     factor = (1 + taper**2) / (1 - taper**2 * tangent**2)
-    assert wrong.lean[0] / tangent - 1 == pytest.approx(factor - 1, rel=0.05)
+    assert (wrong.lean[0] - right.lean[0]) / tangent == pytest.approx(factor - 1, rel=0.1)
 
 
 def test_the_pose_of_a_station_moves_the_lean_as_the_jacobian_says() -> None:
