@@ -125,9 +125,13 @@ def _kept(full: Form, values_m: NDArray[np.float64], normal: Normal, asked_for: 
     if _costs(held, straight, matrix) <= FREE_OF_CHARGE and _costs(held, asked_for, matrix) <= FREE_OF_CHARGE:
         return held
     values = values_m - np.linalg.solve(matrix, tighter @ values_m)
-    places = kept_in(straight, held)
-    covariance = np.asarray(np.linalg.inv(matrix[np.ix_(places, places)]), dtype=np.float64)
-    is_wavy = _evidence(straight, values[places], covariance, radius_m) > WAVY
+    places = np.array(kept_in(straight, held))
+    dropped = np.setdiff1d(np.arange(held.size), places)
+    own = matrix[np.ix_(places, places)]
+    # what the others become without the bending that nobody asked for
+    left = values[places] + np.linalg.solve(own, matrix[np.ix_(places, dropped)] @ values[dropped])
+    covariance = np.asarray(np.linalg.inv(own), dtype=np.float64)
+    is_wavy = _evidence(straight, left, covariance, radius_m) > WAVY
     return straight if is_wavy else asked_for
 
 

@@ -15,7 +15,7 @@ from tasks.surface.noise import noise_by_direction, noise_of_all
 from tasks.surface.normal import Normal, Weighed, mean_radius_m, normal_of
 from tasks.surface.poses import StationPoses, by_own_pose, by_pose_factors
 from tasks.surface.profile import Profile, ProfileTable, tabulate
-from tasks.surface.wall_modes import wave_power
+from tasks.surface.wall_modes import wall_variance
 
 LEAST_POINTS: Final = 200
 """Fewer points make no surface: its radius and its axis alone have some 20 unknowns."""
@@ -254,7 +254,7 @@ def _choose(profile: Profile, cells: Cells, frame: _Frame) -> tuple[Choice, Prof
     fullest, cells, blocks, normal = _on_cells(Profile(full, values, profile.origin_m), cells, frame.task)
     wall_m2 = 0.0
     if frame.coverage_deg >= FULL_COVERAGE_DEG:
-        wall_m2 = wave_power(Weighed(cells, blocks.share, normal.poses), full, fullest.values_m)
+        wall_m2 = wall_variance(Weighed(cells, blocks.share, normal.poses), full, fullest.values_m)
     choice = choose_form(full, fullest.values_m, normal, Evidence(_independent(normal), wall_m2))
     places = kept_in(choice.kept, full)
     dropped = np.setdiff1d(np.arange(full.size), places)

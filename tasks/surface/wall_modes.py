@@ -1,9 +1,9 @@
 """How far the form of the wall may bend the lean, judged by the waves of the wall beside it.
 
-The lean is one wave of the wall: once around, linear in height. What the wall's own form adds to it cannot be seen; but a
-wall whose form is as rough in all directions adds as much to the waves beside it, which no axis follows: once around with
-four and more bends in height, twice and three times around with three and more. Their power beyond noise is that of the
-lean. Slow waves are left out: they are bending and ovals, the shape of the structure, which the surface follows.
+The lean is one wave of the wall: once around, linear in height. What the wall's own form adds to it cannot be seen; but
+a wall whose form is as rough at all heights adds as much to the waves beside it, which no axis follows: once around with
+four to nine bends in height. Their power beyond noise is that of the lean. Slower ones are left out: they are bending,
+which the surface follows.
 """
 
 from dataclasses import replace
@@ -12,13 +12,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.surface.choice import MOST_AXIS_ORDER, MOST_HARMONIC_ORDER
-from tasks.surface.form import Form, kept_in
+from tasks.surface.choice import MOST_AXIS_ORDER
+from tasks.surface.form import Form
 from tasks.surface.normal import Weighed, normal_of
 
-AXIS_ORDER: Final = 8
-HARMONICS: Final = 3
-HARMONIC_ORDER: Final = 6
+MOST_ORDER: Final = 9
 
 SIGNIFICANT: Final = 2.0
 """Form counts from this many standard deviations of the noise's own power on."""
@@ -36,53 +34,33 @@ def wall_modes(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> N
     values_m : (p,) array
         Its coefficients, metres.
     """
-    wide = few_waves_factor(len(_beside(_waves_of(form))[0]))
-    return np.asarray(np.eye(2) * wide * 3.0 * wave_power(weighed, form, values_m) / form.half_m**2)
+    return np.asarray(np.eye(2) * 3.0 * wall_variance(weighed, form, values_m) / form.half_m**2)
 
 
-def wave_power(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> float:
-    """Power of the wall's waves beside the lean, beyond noise: the variance of a coefficient of order j over 2 j + 1."""
-    waves, cells = _waves_of(form), weighed.cells
-    places, orders = _beside(waves)
+def wall_variance(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> float:
+    """Variance that the wall's waves give a coefficient of order j of the axis, over 2 j + 1, square metres.
+
+    Widened for the few waves behind it, so that chi-square of 2 degrees of freedom holds.
+    """
+    waves = replace(form, axis_order=MOST_ORDER, harmonics=0, harmonic_order=0, free=None)
+    cells = weighed.cells
+    orders = np.arange(MOST_AXIS_ORDER + 1, MOST_ORDER + 1)
+    places = np.concatenate([orders, waves.n_axis + orders])
     start = np.zeros(waves.size)
-    start[kept_in(replace(form, harmonics=0), waves)] = values_m[: 2 * form.n_axis + form.n_radius]
+    start[2 * waves.n_axis :] = values_m[2 * form.n_axis : 2 * form.n_axis + form.n_radius]
     pull = normal_of(weighed, waves, start).pull(np.eye(waves.size)[places])
     own = np.einsum("pc,c,pc->p", pull, cells.robust_price / cells.weight, pull)
     noise = own + np.sum((pull @ weighed.poses) ** 2, axis=1)
     # a Legendre polynomial of order j has a mean square of 1 / (2 j + 1)
-    power = pull @ cells.residual_m
-    scale = 2.0 * orders + 1.0
-    found, expected = float(np.mean(power**2 / scale)), float(np.mean(noise / scale))
+    scale = np.tile(2.0 * orders + 1.0, 2)
+    found = float(np.mean((pull @ cells.residual_m) ** 2 / scale))
+    expected = float(np.mean(noise / scale))
     excess = found - expected
-    return excess if excess > SIGNIFICANT * expected * float(np.sqrt(2.0 / len(places))) else 0.0
-
-
-def _waves_of(form: Form) -> Form:
-    return Form(
-        form.shaft_z_m,
-        AXIS_ORDER,
-        form.radius_intervals,
-        form.radius_order,
-        harmonics=HARMONICS,
-        harmonic_order=HARMONIC_ORDER,
-    )
+    if excess <= SIGNIFICANT * expected * float(np.sqrt(2.0 / len(places))):
+        return 0.0
+    return few_waves_factor(len(places)) * excess
 
 
 def few_waves_factor(n: int) -> float:
     """Factor that makes the chi-square region of a variance from n squares hold in 95 of 100: F(2, n)."""
     return float(n * (0.05 ** (-2.0 / n) - 1.0) / -np.log(0.05) / 2.0)
-
-
-def _beside(waves: Form) -> tuple[list[int], NDArray[np.float64]]:
-    """Places of the waves beside the lean among the coefficients, and their orders in height."""
-    places, orders = [], []
-    for component in range(2):
-        for order in range(MOST_AXIS_ORDER + 1, AXIS_ORDER + 1):
-            places.append(component * waves.n_axis + order)
-            orders.append(order)
-    first = 2 * waves.n_axis + waves.n_radius
-    for number in range(2 * len(waves.orders)):
-        for order in range(MOST_HARMONIC_ORDER + 1, HARMONIC_ORDER + 1):
-            places.append(first + number * (HARMONIC_ORDER + 1) + order)
-            orders.append(order)
-    return places, np.array(orders, dtype=np.float64)

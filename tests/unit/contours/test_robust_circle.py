@@ -24,7 +24,7 @@ def centres(name: str, sections: list[Section]) -> NDArray[np.float64]:
 def test_stated_covariance_follows_the_bound(name: str, arc_deg: float, along: float, across: float) -> None:
     fit = fit_contour(name, section_of(ring(np.random.default_rng(1), 20_000, arc_deg)))
     assert isinstance(fit, Contour)
-    price = 1.0 if name == "geometric_circle" else 1 / 0.95
+    price = 1.0 if name == "geometric_circle" else 1 / 0.98
     factors = np.diag(fit.covariance_m2) * 20_000 / 0.02**2
     # 20,000 random angles and residuals: factor of one sample within 4 %
     assert factors == pytest.approx(np.array([along, across]) * price, rel=0.06)
@@ -45,7 +45,7 @@ def test_stated_sigma_matches_scatter_over_repeats(arc_deg: float) -> None:
     assert np.sqrt(np.mean(whitened) / 2) == pytest.approx(1.0, abs=0.08)
 
 
-@pytest.mark.parametrize(("name", "least"), [("geometric_circle", 0.95), ("robust_circle", 0.90)])
+@pytest.mark.parametrize(("name", "least"), [("geometric_circle", 0.95), ("robust_circle", 0.93)])
 @pytest.mark.parametrize("arc_deg", [360.0, 120.0])
 def test_efficiency_reaches_the_goal(name: str, least: float, arc_deg: float) -> None:
     rng = np.random.default_rng(3)
@@ -57,7 +57,7 @@ def test_efficiency_reaches_the_goal(name: str, least: float, arc_deg: float) ->
     )  # 600 repeats: s.e. 0.04 (0.06 on the arc)
 
 
-@pytest.mark.parametrize(("cut", "efficiency"), [(CUT, 0.950), (6.0, 0.982)])
+@pytest.mark.parametrize(("cut", "efficiency"), [(4.685, 0.950), (CUT, 0.982)])
 def test_cut_has_its_efficiency_at_the_normal_law(cut: float, efficiency: float) -> None:
     u = np.linspace(-cut, cut, 200_001)
     ratio, share = (u / cut) ** 2, norm.pdf(u) * (u[1] - u[0])

@@ -72,8 +72,8 @@ def test_pieces_of_a_rough_wall_state_the_scatter_that_they_cause(size: tuple[in
 
 @pytest.mark.parametrize("size", [(3, 3), (6, 6)])
 def test_waves_beside_the_lean_state_the_scatter_that_a_rough_wall_causes(size: tuple[int, int]) -> None:
-    # some 40 waves tell a variance to 22 %, 8 walls to 8 %; few_waves_factor adds 8 %; pieces flatten fast waves
-    assert np.trace(mean_of(by_waves, *size)) / 2.0 / scatter_of_pieces(*size) == pytest.approx(1.1, abs=0.5)
+    # 12 waves tell a variance to 41 %, 8 walls to 14 %; few_waves_factor adds 30 %; pieces flatten fast waves
+    assert np.trace(mean_of(by_waves, *size)) / 2.0 / scatter_of_pieces(*size) == pytest.approx(1.3, abs=0.6)
 
 
 @pytest.mark.parametrize("state", [by_pieces, by_waves])
