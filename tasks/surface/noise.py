@@ -15,8 +15,9 @@ INCIDENCE_EDGES_DEG: Final = (25.0, 45.0, 60.0, 72.0)
 LEAST_IN_CLASS: Final = 100
 """Fewer points make no scale of their own: those of the station, or of all stations, are taken instead."""
 
-MOST_OF_STATION: Final = 5.0
-"""A class that scatters more than this many times the station's own scale holds strays, not the wall."""
+MOST_OF_STATION: Final = 2.0
+"""A class that scatters more than this many times the station's own scale holds strays (a ladder fills a sector), not the
+wall; a wall that does scatter so much at grazing angles loses no more than some of its weight."""
 
 OFFSET_SIGMAS: Final = 3.0
 
