@@ -28,6 +28,8 @@ NOT_STRAIGHTENED = {
 COUNTS_POINTS = 0.3
 """Parts of a sigma by which copies of points may move a centre: scales and model choices know the number of points."""
 SQUARE = ["polygon"]
+EDGED = ["polygon", "ransac_circle"]
+"""Models that take a point to a face or not, to the circle or not: there are points that are neither here nor there."""
 LINEAR = ["kasa", "pratt", "taubin", "hyper", "geometric_circle", "vertical_cylinder"]
 
 
@@ -203,5 +205,6 @@ def test_known_lean_and_taper_of_a_thick_slice_change_nothing(
         lean_east=lean_east,
         lean_north=lean_north,
     )
-    # widened from the true centre, narrowed from the one found: their distance, squared, times the widening
-    assert_follows(name, flat, thick, STAY, share=0.02)
+    # widened from the true centre, narrowed from the one found: their distance, squared, times the widening; with that a
+    # point on the edge of a hard threshold, or at a corner, may count in the one and not in the other
+    assert_follows(name, flat, thick, STAY, share=COUNTS_POINTS if name in EDGED else 0.02)

@@ -45,7 +45,7 @@ def mapped(request: SurfaceRequest, matrix: NDArray[np.float64], scale: float = 
     )
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3, deadline=None, derandomize=True)
 @given(lean=LEANS, seed=SEEDS, angle=st.floats(0.0, 2 * np.pi))
 def test_a_turn_and_a_mirror_of_the_plane_turn_and_mirror_the_lean(
     lean: tuple[float, float], seed: int, angle: float
@@ -60,7 +60,7 @@ def test_a_turn_and_a_mirror_of_the_plane_turn_and_mirror_the_lean(
     assert fit_of(mapped(request, mirror)).lean == pytest.approx(mirror @ base.lean, abs=0.25 * sigma(base))
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3, deadline=None, derandomize=True)
 @given(seed=SEEDS, scale=st.sampled_from([0.1, 10.0, 1000.0]))
 def test_a_scale_of_lengths_leaves_the_lean(seed: int, scale: float) -> None:
     shaft = Shaft(points=POINTS)
@@ -69,7 +69,7 @@ def test_a_scale_of_lengths_leaves_the_lean(seed: int, scale: float) -> None:
     assert fit_of(mapped(request, np.eye(2), scale)).lean == pytest.approx(base.lean, abs=0.02 * sigma(base))
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3, deadline=None, derandomize=True)
 @given(seed=SEEDS)
 def test_every_point_twice_leaves_the_lean_and_halves_its_variance(seed: int) -> None:
     # of a form that is given: twice the points are twice the evidence for bending and waves, and may change a choice
@@ -84,7 +84,7 @@ def test_every_point_twice_leaves_the_lean_and_halves_its_variance(seed: int) ->
     assert np.trace(doubled.point_covariance) < 0.65 * np.trace(base.point_covariance)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3, deadline=None, derandomize=True)
 @given(
     seed=SEEDS,
     azimuth_deg=st.sampled_from([359.9, 0.0, 0.1, 180.0, 270.0]),
