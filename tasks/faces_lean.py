@@ -1,13 +1,13 @@
 """The lean of an epoch from the plane faces of a square tower, all points at once."""
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
-from tasks.axis import Axis
-from tasks.axis.line import direction_of_lean, effective_number, line_distances
+from tasks.band_axis import FittedLine, axis_of_bands, band_weights
 from tasks.geometry.failure import FitFailure
 from tasks.lean import Lean
 from tasks.methods import POLYGON, Method
@@ -70,8 +70,7 @@ def _lean(
 ) -> Lean:
     centres_m, covariances_m2 = centres_of(sections)
     z_m = centres_m[:, 2]
-    weights = 1.0 / np.trace(covariances_m2, axis1=1, axis2=2)
-    weights = weights / weights.max()
+    weights = band_weights(covariances_m2)
     positions_m = np.array([pose.position_m for pose in registration.poses])
     by_poses, base_by_poses = (
         moved_by_poses(sums, levers(z_m, weights), positions_m) for levers in (leverage, base_leverage)
@@ -81,8 +80,9 @@ def _lean(
     stated = state_covariance(propagated, changes_without_each(sums, z_m, weights))
     # of the line at z = 0 only what the lean does to it: the middle is far better known
     base = fit.lean_covariance * float(fit.middle_m[2]) ** 2
+    line = FittedLine(fit.middle_m, fit.lean, fit.lean_covariance, fit.iterations)
     return Lean(
-        axis=_axis(fit, centres_m, weights),
+        axis=replace(axis_of_bands(line, sections, fit.bending_m), warning=fit.assumption),
         lean=fit.lean,
         covariance=stated.covariance,
         point_covariance=fit.lean_covariance,
@@ -95,23 +95,4 @@ def _lean(
         n_slices=len(sections),
         n_centres=len(centres_m),
         base_covariance=combine(base, base_by_poses @ registration.covariance @ base_by_poses.T),
-    )
-
-
-def _axis(fit: FacesFit, centres_m: NDArray[np.float64], weights: NDArray[np.float64]) -> Axis:
-    direction = direction_of_lean(fit.lean)
-    residuals = line_distances(centres_m, fit.middle_m, direction)
-    return Axis(
-        point_m=fit.middle_m,
-        direction=direction,
-        lean_covariance=fit.lean_covariance,
-        weights=weights,
-        residuals_m=residuals,
-        iterations=fit.iterations,
-        n_effective=effective_number(weights),
-        mean_deviation_m=float(residuals.mean()),
-        rmse_m=float(np.sqrt(np.mean(residuals**2))),
-        bending_m=fit.bending_m,
-        update_weight_ratio_pct=None,
-        warning=fit.assumption,
     )

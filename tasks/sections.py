@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from storage.records import SectionFit
+from storage.records import SectionFit, failed_section
 from tasks.contours import Contour, Outline, Section, fit_contour
 from tasks.geometry.failure import FitFailure
 from tasks.methods import Method, weighs_sights
@@ -86,7 +86,7 @@ def _outline_at(model: ShaftModel, z_m: float) -> Outline:
 def _fit_one(index: int, section: Section, method: Method) -> SectionFit:
     fitted = fit_contour(method.contour, section)
     if isinstance(fitted, FitFailure):
-        return _failed(index, section, fitted.reason)
+        return failed_section(index, section.z_m, section.thickness_m, len(section.points_m), fitted.reason)
     return _fitted(index, section, fitted, method.contour)
 
 
@@ -115,25 +115,4 @@ def _fitted(index: int, section: Section, contour: Contour, variant: str) -> Sec
         roundness_m=contour.roundness_m,
         ovality_m=contour.ovality_m,
         ovality_azimuth_deg=contour.ovality_azimuth_deg,
-    )
-
-
-def _failed(index: int, section: Section, reason: str) -> SectionFit:
-    return SectionFit(
-        slice_index=index,
-        z_m=section.z_m,
-        thickness_m=section.thickness_m,
-        n_points=len(section.points_m),
-        n_points_fit=None,
-        center_east_m=None,
-        center_north_m=None,
-        radius_m=None,
-        sigma_center_m=None,
-        center_cov_ee=None,
-        center_cov_en=None,
-        center_cov_nn=None,
-        rmse_m=None,
-        arc_coverage_deg=None,
-        state="failed",
-        reason=reason,
     )

@@ -1,17 +1,16 @@
 """The lean of an epoch from the whole surface of its shaft (scheme S)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from storage.errors import InputError
 from storage.records import SectionFit
 from tasks.axis import Axis, AxisCurve
 from tasks.axis.bending import bending_m
 from tasks.axis.centres import Centres
-from tasks.axis.line import direction_of_lean, effective_number, line_distances
+from tasks.band_axis import FittedLine, axis_of_bands, band_weights
 from tasks.faces_lean import fit_face_axis
 from tasks.geometry.failure import FitFailure
 from tasks.lean import Lean
@@ -130,23 +129,12 @@ def _request(
 
 
 def _axis(fit: SurfaceFit) -> Axis:
-    centres_m, covariances_m2 = centres_of(fit.bands)
-    direction = direction_of_lean(fit.lean)
-    residuals = line_distances(centres_m, fit.point_m, direction)
-    weights = _weights(covariances_m2)
+    centres = Centres(*centres_of(fit.bands))
+    bending = bending_m(centres, band_weights(centres.covariances_m2))
+    line = FittedLine(fit.point_m, fit.lean, fit.point_covariance, fit.passes)
     curve = fit.curve
-    return Axis(
-        point_m=fit.point_m,
-        direction=direction,
-        lean_covariance=fit.point_covariance,
-        weights=weights,
-        residuals_m=residuals,
-        iterations=fit.passes,
-        n_effective=effective_number(weights),
-        mean_deviation_m=float(residuals.mean()),
-        rmse_m=float(np.sqrt(np.mean(residuals**2))),
-        bending_m=bending_m(Centres(centres_m, covariances_m2), weights),
-        update_weight_ratio_pct=None,
+    return replace(
+        axis_of_bands(line, fit.bands, bending),
         curve=AxisCurve(
             model=curve.model,
             reason=f"{curve.reason}; {fit.section_reason}".rstrip("; "),
@@ -158,9 +146,3 @@ def _axis(fit: SurfaceFit) -> Axis:
             base_lean_sigma=curve.base_lean_sigma,
         ),
     )
-
-
-def _weights(covariances_m2: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Information of every band about its centre, the largest is 1."""
-    information = 1.0 / np.trace(covariances_m2, axis1=1, axis2=2)
-    return np.asarray(information / information.max())

@@ -10,7 +10,7 @@ from storage.records.reference_lean import ReferenceLeanRow
 from storage.records.removal import RemovalRow
 from storage.records.scheme import SchemeRow
 from storage.records.scheme_comparison import SchemeComparisonRow
-from storage.records.section import SectionFit
+from storage.records.section import SectionFit, failed_section
 from storage.records.slice import SliceRow
 from storage.records.stage_run import StageRunRow
 from storage.records.station import StationRow
@@ -57,4 +57,5 @@ __all__ = [
     "SurfaceMapRow",
     "TiltRow",
     "columns_of",
+    "failed_section",
 ]

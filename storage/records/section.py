@@ -65,3 +65,27 @@ class SectionFit:
             "azimuth of the larger diameter, 0 to 180, clockwise from grid north; NULL for a circle", "deg"
         ),
     ] = None
+
+
+def failed_section(
+    slice_index: int, z_m: float, thickness_m: float, n_points: int, reason: str
+) -> SectionFit:
+    """The row of a slice that gave no centre."""
+    return SectionFit(
+        slice_index=slice_index,
+        z_m=z_m,
+        thickness_m=thickness_m,
+        n_points=n_points,
+        n_points_fit=None,
+        center_east_m=None,
+        center_north_m=None,
+        radius_m=None,
+        sigma_center_m=None,
+        center_cov_ee=None,
+        center_cov_en=None,
+        center_cov_nn=None,
+        rmse_m=None,
+        arc_coverage_deg=None,
+        state="failed",
+        reason=reason,
+    )

@@ -3,15 +3,13 @@
 from typing import Final
 
 from tasks.axis.centres import Centres
-from tasks.axis.curve import curve_of
 from tasks.axis.form_choice import Chosen, carries, examine
 from tasks.axis.forms import STRAIGHT, ClampedSpline, Form, Polynomial
 from tasks.axis.height_fit import HeightFit, fit_robustly
 from tasks.axis.line import Axis
 from tasks.axis.model import AxisEstimator
 from tasks.axis.observations import observe
-from tasks.axis.outcome import axis_of, warning_of
-from tasks.axis.two_points import fit_two_points
+from tasks.axis.procedure import fit_chosen_form
 from tasks.geometry.failure import FitFailure
 
 LEAST_FOR_SPLINES: Final = 40
@@ -35,14 +33,7 @@ def fit_bent_axis(centres: Centres) -> Axis | FitFailure:
     ----------
     docs/estimators.md.
     """
-    if centres.count == 2:
-        return fit_two_points(centres)
-    straight = fit_robustly(observe(centres, STRAIGHT))
-    if isinstance(straight, FitFailure):
-        return straight
-    chosen = _climb(centres, straight)
-    curve = curve_of(centres, chosen.form, chosen.fit, chosen.reason)
-    return axis_of(centres, chosen.fit, curve, warning_of(centres, chosen.form, chosen.fit))
+    return fit_chosen_form(centres, _climb)
 
 
 def _climb(centres: Centres, straight: HeightFit) -> Chosen:

@@ -6,7 +6,6 @@ import numpy as np
 
 from tasks.axis.adjustment import median_regression, normal_matrix
 from tasks.axis.centres import Centres
-from tasks.axis.forms import STRAIGHT
 from tasks.axis.height_fit import (
     HeightFit,
     Settled,
@@ -17,9 +16,8 @@ from tasks.axis.height_fit import (
 from tasks.axis.line import Axis
 from tasks.axis.loss import HUBER
 from tasks.axis.model import AxisEstimator
-from tasks.axis.observations import Observations, observe
-from tasks.axis.outcome import axis_of, warning_of
-from tasks.axis.two_points import fit_two_points
+from tasks.axis.observations import Observations
+from tasks.axis.procedure import fit_straight
 from tasks.geometry.failure import FitFailure
 
 
@@ -34,12 +32,7 @@ def fit_huber_line(centres: Centres) -> Axis | FitFailure:
     ----------
     Huber 1981, Robust Statistics, section 7.6 (covariance).
     """
-    if centres.count == 2:
-        return fit_two_points(centres)
-    fit = _fit_huber(observe(centres, STRAIGHT))
-    if isinstance(fit, FitFailure):
-        return fit
-    return axis_of(centres, fit, warning=warning_of(centres, STRAIGHT, fit))
+    return fit_straight(centres, _fit_huber)
 
 
 def _fit_huber(observations: Observations) -> HeightFit | FitFailure:

@@ -3,15 +3,13 @@
 from typing import Final
 
 from tasks.axis.centres import Centres
-from tasks.axis.curve import curve_of
 from tasks.axis.form_choice import Chosen, examine
 from tasks.axis.forms import STRAIGHT, Polynomial
 from tasks.axis.height_fit import LEAST_FOR_TUKEY, HeightFit, fit_robustly
 from tasks.axis.line import Axis
 from tasks.axis.model import AxisEstimator
 from tasks.axis.observations import observe
-from tasks.axis.outcome import axis_of, warning_of
-from tasks.axis.two_points import fit_two_points
+from tasks.axis.procedure import fit_chosen_form
 from tasks.geometry.failure import FitFailure
 
 LEAST_FOR_BENDING: Final = LEAST_FOR_TUKEY
@@ -37,14 +35,7 @@ def fit_robust_line(centres: Centres) -> Axis | FitFailure:
     ----------
     docs/estimators.md.
     """
-    if centres.count == 2:
-        return fit_two_points(centres)
-    straight = fit_robustly(observe(centres, STRAIGHT))
-    if isinstance(straight, FitFailure):
-        return straight
-    chosen = _try_bending(centres, straight)
-    curve = curve_of(centres, chosen.form, chosen.fit, chosen.reason)
-    return axis_of(centres, chosen.fit, curve, warning_of(centres, chosen.form, chosen.fit))
+    return fit_chosen_form(centres, _try_bending)
 
 
 def _try_bending(centres: Centres, straight: HeightFit) -> Chosen:

@@ -6,14 +6,12 @@ import numpy as np
 
 from tasks.axis.adjustment import median_regression
 from tasks.axis.centres import Centres
-from tasks.axis.forms import STRAIGHT
 from tasks.axis.height_fit import HeightFit, badly_spread, fit_least_squares, reweight, state
 from tasks.axis.line import Axis
 from tasks.axis.loss import TUKEY
 from tasks.axis.model import AxisEstimator
-from tasks.axis.observations import Observations, observe
-from tasks.axis.outcome import axis_of, warning_of
-from tasks.axis.two_points import fit_two_points
+from tasks.axis.observations import Observations
+from tasks.axis.procedure import fit_straight
 from tasks.geometry.failure import FitFailure
 
 LEAST_FOR_WEIGHTS: Final = 11
@@ -30,14 +28,8 @@ def fit_tukey_line(centres: Centres) -> Axis | FitFailure:
     ----------
     Huber 1981, Robust Statistics; Holland & Welsch 1977, Robust regression using IRLS.
     """
-    if centres.count == 2:
-        return fit_two_points(centres)
-    observations = observe(centres, STRAIGHT)
-    plain = centres.count < LEAST_FOR_WEIGHTS
-    fit = fit_least_squares(observations) if plain else _fit_tukey(observations)
-    if isinstance(fit, FitFailure):
-        return fit
-    return axis_of(centres, fit, warning=warning_of(centres, STRAIGHT, fit))
+    few = centres.count < LEAST_FOR_WEIGHTS
+    return fit_straight(centres, fit_least_squares if few else _fit_tukey)
 
 
 def _fit_tukey(observations: Observations) -> HeightFit | FitFailure:

@@ -3,13 +3,10 @@
 from typing import Final
 
 from tasks.axis.centres import Centres
-from tasks.axis.forms import STRAIGHT
 from tasks.axis.height_fit import fit_least_squares
 from tasks.axis.line import Axis
 from tasks.axis.model import AxisEstimator
-from tasks.axis.observations import observe
-from tasks.axis.outcome import axis_of, warning_of
-from tasks.axis.two_points import fit_two_points
+from tasks.axis.procedure import fit_straight
 from tasks.geometry.failure import FitFailure
 
 
@@ -20,12 +17,7 @@ def fit_weighted_line(centres: Centres) -> Axis | FitFailure:
     The model error is equal for all centres and such that the residuals fit their covariances, never below 0. Of a bent
     axis it is uniform over the height only if the centres are.
     """
-    if centres.count == 2:
-        return fit_two_points(centres)
-    fit = fit_least_squares(observe(centres, STRAIGHT))
-    if isinstance(fit, FitFailure):
-        return fit
-    return axis_of(centres, fit, warning=warning_of(centres, STRAIGHT, fit))
+    return fit_straight(centres, fit_least_squares)
 
 
 AXIS: Final = AxisEstimator(

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from storage.records import SectionFit
+from storage.records import SectionFit, failed_section
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.fit import CELLS_PER_INTERVAL, Adjusted
 from tasks.surface.form import kept_in
@@ -54,7 +54,9 @@ def _band(
     radius_m = float(profile.radius_at(np.array([z_m]))[0])
     beside = _beside_surface(adjusted, rows, LOOSEST_RADII * radius_m)
     if beside is None:
-        return _failed(index, place_m, n_points, f"arc too short for a centre: {coverage:g} deg have points")
+        return failed_section(
+            index, z_m, thickness_m, n_points, f"arc too short for a centre: {coverage:g} deg have points"
+        )
     east, north, wider = beside.shift_m
     covariance = beside.covariance_m2
     axis = profile.axis_at(np.array([z_m]))[0] + profile.origin_m
@@ -142,26 +144,4 @@ def _out_of_round(profile: Profile, z_m: float) -> _OutOfRound:
         roundness_m=float(np.ptp(outline)),
         ovality_m=float(abs(lobes[0])),
         ovality_azimuth_deg=float((90.0 - largest_deg) % 180.0 % 180.0),
-    )
-
-
-def _failed(index: int, place_m: tuple[float, float], n_points: int, reason: str) -> SectionFit:
-    z_m, thickness_m = place_m
-    return SectionFit(
-        slice_index=index,
-        z_m=z_m,
-        thickness_m=thickness_m,
-        n_points=n_points,
-        n_points_fit=None,
-        center_east_m=None,
-        center_north_m=None,
-        radius_m=None,
-        sigma_center_m=None,
-        center_cov_ee=None,
-        center_cov_en=None,
-        center_cov_nn=None,
-        rmse_m=None,
-        arc_coverage_deg=None,
-        state="failed",
-        reason=reason,
     )

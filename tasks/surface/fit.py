@@ -26,7 +26,8 @@ SAMPLE: Final = 200_000
 MOST_STEPS: Final = 40
 MOST_PASSES: Final = 12
 STRICT_PASSES: Final = 6
-"""From then on it is enough to be near: a point that is now in one cell, now in the next, would go on for ever."""
+"""From then on it is enough that the axis holds still within ``NEAR_SIGMAS``: a point that is now in one cell, now in the
+next, would move some radius for ever."""
 
 FREE_SCALES: Final = 6
 """Steps in which the noise is estimated anew; then it stays, or its median swings for ever."""
@@ -173,11 +174,8 @@ def _table(profile: Profile, task: SurfaceTask) -> ProfileTable:
 
 
 def _cells(
-    cloud: SurfacePoints, profile: Profile, grid: Grid, task: SurfaceTask, noise: NDArray[np.float64] | None
+    cloud: SurfacePoints, profile: Profile, grid: Grid, task: SurfaceTask, noise: NDArray[np.float64]
 ) -> Cells:
-    """Sum points up; without a noise every one counts alike."""
-    if noise is None:
-        noise = np.full((cloud.n_stations, SECTORS), float(np.ptp(cloud.points_m)))
     return sum_cells(cloud, _table(profile, task), grid, noise)
 
 
@@ -229,8 +227,13 @@ def _finish(cloud: SurfacePoints, near: Profile, frame: _Frame) -> Adjusted | Fi
             choice, profile, cells = _choose(profile, cells, frame)
         before = profile
         profile, cells, blocks, normal = _on_cells(profile, cells, frame.task)
-        enough = SETTLED_SIGMAS if passed <= STRICT_PASSES else NEAR_SIGMAS
-        if _is_small(profile.values_m - before.values_m, profile, normal, enough):
+        change = profile.values_m - before.values_m
+        is_strict = passed <= STRICT_PASSES
+        if (
+            _is_small(change, profile, normal, SETTLED_SIGMAS)
+            if is_strict
+            else _holds(change, profile, normal)
+        ):
             return Adjusted(
                 profile,
                 cells,
@@ -293,6 +296,12 @@ def _pose_terms(cells: Cells, profile: Profile, task: SurfaceTask) -> NDArray[np
 def _independent(normal: Normal) -> float:
     """Number of independent observations: the information of all cells over that of the best one's points, at least 2."""
     return float(normal.weight.sum() / normal.weight.max())
+
+
+def _holds(change_m: NDArray[np.float64], profile: Profile, normal: Normal) -> bool:
+    """Whether a change leaves the axis where it is, whatever it does to radii and harmonics."""
+    axis = np.arange(len(change_m)) < 2 * profile.form.n_axis
+    return _is_small(np.where(axis, change_m, 0.0), profile, normal, NEAR_SIGMAS)
 
 
 def _is_small(change_m: NDArray[np.float64], profile: Profile, normal: Normal, share: float) -> bool:
