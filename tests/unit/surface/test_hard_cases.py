@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
 from tasks.surface import SurfaceFit, SurfaceRequest, fit_surface
-from tests.unit.surface.shafts import LEAN, Shaft, request_of, scanned, stations_of
+from tests.unit.surface.shafts import ARCSEC, LEAN, Shaft, request_of, scanned, stations_of
 
 POSE_SIGMAS = np.array([1.4e-5, 1.4e-5, 1e-4, 0.002, 0.002, 0.002])
 
@@ -70,3 +71,33 @@ def test_points_that_fit_no_surface_are_refused_with_the_reason() -> None:
         "the surface ran away: needed points near it, got none",
         "the surface needed to settle within 12 passes, it did not",
     }
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_round_shaft_seen_on_a_quarter_is_not_taken_for_a_wavy_one(seed: int) -> None:
+    """Bending and harmonics of such an arc undo each other in decimetres: neither may be judged beside the other."""
+    shaft = Shaft(points=8000, stations=1, arc_deg=90.0, sigma_m=0.005)
+    # exact poses: what is left is the surface
+    fit = fitted(request_of(scanned(shaft, seed), shaft))
+    assert fit.curve.model == "straight"
+    assert float(np.abs(fit.lean - LEAN).max()) < 30 * ARCSEC
+    assert float(np.sqrt(np.diag(fit.point_covariance)).max()) < 8 * ARCSEC
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_wavy_wall_seen_from_one_side_is_neither_bent_nor_more_certain_than_it_is(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    waves = rng.normal(0.0, 0.0023, (2, 5, 3))
+
+    def wavy(z: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+        terms = np.polynomial.legendre.legvander((z - 52.0) / 50.0, 2)
+        orders = range(2, 7)
+        cosines = sum(terms @ waves[0, k - 2] * np.cos(k * turn) for k in orders)
+        return np.asarray(cosines + sum(terms @ waves[1, k - 2] * np.sin(k * turn) for k in orders))
+
+    shaft = Shaft(points=20_000, stations=1, arc_deg=160.0, sigma_m=0.005, wall=wavy)
+    # exact poses: what is left is the surface
+    fit = fitted(request_of(scanned(shaft, seed), shaft))
+    assert fit.curve.model == "straight"
+    off = fit.lean - LEAN
+    assert float(off @ np.linalg.solve(fit.point_covariance + fit.form_covariance, off)) < 18.4
