@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_shaft import EpochShaft, isolate_epoch
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import CHI2_95
 from tasks.lean import Lean
 from tasks.level_check import worst_suspect
 from tasks.methods import methods_of
@@ -25,7 +26,6 @@ from tasks.scheme_lean import IsolatedShaft, lean_of_scheme
 from tasks.simulation import Scanner, SimulatedCampaignRequest, SimulatedStation, scan_epochs
 from tasks.slicing import SCHEMES
 
-CHI2_95 = 5.991
 SHAFT_LOW_M = 2.0
 
 

@@ -6,8 +6,9 @@ from typing import Final
 
 from flows.terminal import Json
 from tasks.conventions import ARCSEC_RAD
-from tasks.design import ELLIPSE_95, BestPlace, Outlook, Prediction, StationOutlook
+from tasks.design import BestPlace, Outlook, Prediction, StationOutlook
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import ELLIPSE_95
 from tasks.survey_design import Design
 
 REMEDIES: Final = {

@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -10,9 +9,7 @@ from storage.records import ReferenceLeanRow, TiltRow
 from storage.views import ChangeRow, reference_lean_rows, tilt_rows
 from storage.workspace import Workspace
 from tasks.accuracy import SIGNIFICANT_P, LeanDifference, lean_difference
-
-DETECTABLE_FACTOR: Final = 3.7257
-"""sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases."""
+from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 
 
 def epoch_differences(workspace: Workspace, structure: str, epoch: str, reference: str) -> list[ChangeRow]:

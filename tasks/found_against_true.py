@@ -12,12 +12,10 @@ from storage.records import TiltRow
 from storage.views import ChangeRow, change_rows, tilt_rows
 from storage.workspace import Workspace
 from tasks.conventions import ARCSEC_RAD
+from tasks.geometry.plane_vectors import CHI2_95
 from tasks.settings import Campaign
 
 TRUTH_FILE: Final = "truth.json"
-
-CHI2_95: Final = 5.991
-"""95 % point of chi squared with two degrees of freedom."""
 
 
 @dataclass(frozen=True, slots=True)

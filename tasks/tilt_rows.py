@@ -2,19 +2,16 @@
 
 from dataclasses import asdict, dataclass
 from datetime import datetime
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import TiltRow
 from tasks.axis import Axis
+from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 from tasks.lean import Lean
 from tasks.limits import LimitTable, verdict
 from tasks.tilt import TiltParameters, tilt_parameters
-
-DETECTABLE_FACTOR: Final = 3.7257
-"""sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases."""
 
 
 @dataclass(frozen=True, slots=True)

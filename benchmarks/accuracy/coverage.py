@@ -15,9 +15,9 @@ import numpy as np
 from benchmarks.accuracy.campaign_trials import WAYS, Outcome, Stated, outcomes_of
 from benchmarks.accuracy.known_campaign import CAMPAIGNS
 from benchmarks.accuracy.markdown import print_table
-from tasks.axis.line import CHI2_95
 from tasks.conventions import ARCSEC_RAD
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import CHI2_95
 
 
 def main(arguments: Sequence[str]) -> None:

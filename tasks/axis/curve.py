@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from tasks.axis.centres import Centres
 from tasks.axis.forms import Form
 from tasks.axis.height_fit import HeightFit
-from tasks.axis.line import AxisCurve, small_sample_factor
+from tasks.axis.line import AxisCurve
+from tasks.geometry.plane_vectors import small_sample_factor
 
 CURVE_HEIGHTS: Final = 41
 """Heights at which a curve is stated."""

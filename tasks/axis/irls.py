@@ -12,11 +12,11 @@ from tasks.axis.line import (
     Axis,
     effective_number,
     line_distances,
-    small_sample_factor,
     update_weight_ratio_pct,
 )
 from tasks.axis.model import AxisEstimator
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import small_sample_factor
 
 EPSILON_M2: Final = 1e-6
 """Epsilon of eq. 16, square metres: a scale of 1 mm that is fixed in metres (docs/estimators.md)."""

@@ -15,12 +15,12 @@ from tasks.axis.line import (
     direction_of_lean,
     effective_number,
     line_distances,
-    small_sample_factor,
     update_weight_ratio_pct,
 )
 from tasks.axis.model import AxisEstimator
 from tasks.axis.two_points import fit_two_points
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import small_sample_factor
 
 EFFECTIVE_SHARE: Final = 0.5
 """Degrees of freedom of a variance from second differences, as a part of their number: neighbours share centres."""

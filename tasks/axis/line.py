@@ -6,9 +6,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-CHI2_95: Final = 5.991464547107979
-"""Quantile 0.95 of chi-square with 2 degrees of freedom, -2 log 0.05."""
-
 MOST_TILT_DEG: Final = 60.0
 """A steeper lean is no standing shaft but centres that follow something else, degrees."""
 
@@ -115,21 +112,6 @@ def direction_of_lean(lean: NDArray[np.float64]) -> NDArray[np.float64]:
     """Unit direction (3,) of a lean vector (2,), up > 0."""
     direction = np.array([lean[0], lean[1], 1.0])
     return np.asarray(direction / np.linalg.norm(direction))
-
-
-def f_quantile_2(probability: float, freedom: float) -> float:
-    """Quantile of the F distribution with 2 and ``freedom`` degrees of freedom, in closed form."""
-    return float(freedom / 2.0 * ((1.0 - probability) ** (-2.0 / freedom) - 1.0))
-
-
-def small_sample_factor(freedom: int) -> float:
-    """Factor for a covariance that rests on a variance estimated with that many degrees of freedom.
-
-    A region of a lean vector with estimated variance follows F, not chi-square: with 6 centres (8 degrees of freedom) it
-    is half as large again. The factor makes the chi-square region of 95 % the right one, so that whoever uses the
-    covariance need not know how many centres stand behind it. 0 degrees stand for a variance that is known: factor 1.
-    """
-    return 1.0 if freedom == 0 else 2.0 * f_quantile_2(0.95, freedom) / CHI2_95
 
 
 def line_distances(

@@ -14,11 +14,11 @@ from tasks.axis.line import (
     direction_of_lean,
     effective_number,
     line_distances,
-    small_sample_factor,
     update_weight_ratio_pct,
 )
 from tasks.axis.observations import observe
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import small_sample_factor
 
 RAD_TO_ARCSEC: Final = float(np.degrees(1.0) * 3600.0)
 

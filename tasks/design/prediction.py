@@ -13,12 +13,7 @@ from tasks.design.normals import AXIS, LEAN_ROWS, Joined, StationNormals, half_l
 from tasks.design.shaft import Cells
 from tasks.design.sight import Errors
 from tasks.geometry.failure import FitFailure
-
-DETECTABLE_FACTOR: Final = 3.7257
-"""sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases."""
-
-ELLIPSE_95: Final = 2.4477
-"""sqrt(5.9915): half-axes of the 95 % ellipse of a plane vector in units of its sigmas."""
+from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 
 WEAKEST: Final = 1e-11
 """Least eigenvalue of the normal matrix with a unit diagonal: below it rounding decides."""

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from tasks.geometry.plane_vectors import small_sample_factor
 from tasks.surface.choice import MOST_AXIS_ORDER
 from tasks.surface.form import Form
 from tasks.surface.normal import Weighed, normal_of
@@ -58,9 +59,4 @@ def wall_variance(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -
     excess = found - expected
     if excess <= SIGNIFICANT * expected * float(np.sqrt(2.0 / len(places))):
         return 0.0
-    return few_waves_factor(len(places)) * excess
-
-
-def few_waves_factor(n: int) -> float:
-    """Factor that makes the chi-square region of a variance from n squares hold in 95 of 100: F(2, n)."""
-    return float(n * (0.05 ** (-2.0 / n) - 1.0) / -np.log(0.05) / 2.0)
+    return small_sample_factor(len(places)) * excess

@@ -8,15 +8,13 @@ from numpy.typing import NDArray
 from scipy.special import gammaincc
 
 from storage.errors import ShapeError
+from tasks.geometry.plane_vectors import small_sample_factor
 
 LEAST_STATIONS: Final = 5
 """With fewer stations the scatter of what is left tells nothing."""
 
 MISFIT_LEVEL: Final = 0.02
 """Probability with which stations that fit their stated errors are taken for ones that do not."""
-
-CHI2_95: Final = 5.991464547107979
-"""Quantile 0.95 of chi-square with 2 degrees of freedom."""
 
 Source = Literal["propagation", "jackknife"]
 
@@ -85,9 +83,7 @@ def state_covariance(propagated: NDArray[np.float64], changes: NDArray[np.float6
 
 def hotelling_factor(n: int) -> float:
     """Factor that makes the chi-square region of a covariance from n stations hold in 95 of 100: F(2, n - 2)."""
-    freedom = n - 2
-    f_95 = freedom / 2.0 * (0.05 ** (-2.0 / freedom) - 1.0)
-    return float(2.0 * (n - 1) / freedom * f_95 / CHI2_95)
+    return (n - 1) / (n - 2) * small_sample_factor(n - 2)
 
 
 def _larger(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -10,8 +10,9 @@ from scipy import stats
 
 from storage.records import TiltRow
 from tasks.axis import Axis, AxisCurve, fit_axis
+from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 from tasks.lean import Lean
-from tasks.tilt_rows import DETECTABLE_FACTOR, RowHome, tilt_row
+from tasks.tilt_rows import RowHome, tilt_row
 
 HOME = RowHome("chimney-01", "e1", "2025-03-14T06:00:00+08:00", "S", "surface")
 HEIGHT_M = 102.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tasks.axis import Axis, fit_axis
-from tasks.axis.line import CHI2_95, f_quantile_2, small_sample_factor
+from tasks.geometry.plane_vectors import CHI2_95, f_quantile_2, small_sample_factor
 
 LEAN = np.array([0.007, -0.007])
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tasks.axis import Axis, fit_axis
-from tasks.axis.line import CHI2_95
+from tasks.geometry.plane_vectors import CHI2_95
 from tests.unit.axis.shafts import LEAN, Shaft, push, shaft
 
 SIGMA_M = 0.0104

@@ -25,8 +25,8 @@ from tasks.design import (
     whole_surface,
 )
 from tasks.design import prediction as stated
-from tasks.epoch_difference import DETECTABLE_FACTOR
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 
 SHAFT = Shaft((2.0, 102.0), (4.6, 2.7))
 ERRORS = Errors(0.005, float(np.radians(0.001)), 3.0 * ARCSEC_RAD, (0.015, 0.0225), 0.0026, 0.003)

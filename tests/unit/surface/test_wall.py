@@ -7,11 +7,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
+from tasks.geometry.plane_vectors import small_sample_factor
 from tasks.surface.cells import SECTORS
 from tasks.surface.form import Form
 from tasks.surface.normal import Normal, Weighed, normal_of
 from tasks.surface.wall_form import wall_form
-from tasks.surface.wall_modes import few_waves_factor, wall_modes
+from tasks.surface.wall_modes import wall_modes
 from tests.unit.surface.cells_by_hand import N_HEIGHTS, SHAFT_Z_M, cells_with, patches, white
 
 FORM = Form(SHAFT_Z_M, axis_order=3, radius_intervals=27)
@@ -72,7 +73,7 @@ def test_pieces_of_a_rough_wall_state_the_scatter_that_they_cause(size: tuple[in
 
 @pytest.mark.parametrize("size", [(3, 3), (6, 6)])
 def test_waves_beside_the_lean_state_the_scatter_that_a_rough_wall_causes(size: tuple[int, int]) -> None:
-    # 12 waves tell a variance to 41 %, 8 walls to 14 %; few_waves_factor adds 30 %; pieces flatten fast waves
+    # 12 waves tell a variance to 41 %, 8 walls to 14 %; small_sample_factor adds 30 %; pieces flatten fast waves
     assert np.trace(mean_of(by_waves, *size)) / 2.0 / scatter_of_pieces(*size) == pytest.approx(1.3, abs=0.6)
 
 
@@ -105,4 +106,4 @@ def test_what_the_surface_follows_is_no_form_of_the_wall(
 @pytest.mark.parametrize("n", [1, 40])
 def test_the_factor_for_few_waves_is_that_of_fisher(n: int) -> None:
     wanted = stats.f.ppf(0.95, 2, n) / (stats.chi2.ppf(0.95, 2) / 2.0)
-    assert few_waves_factor(n) == pytest.approx(wanted, rel=1e-9)
+    assert small_sample_factor(n) == pytest.approx(wanted, rel=1e-9)
