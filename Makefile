@@ -41,7 +41,7 @@ format: .venv/ready
 
 lock: .venv/ready
 	$(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-header --extra dev pyproject.toml -o requirements.lock
+		--no-header --extra dev --extra dask pyproject.toml -o requirements.lock
 
 .venv/ready: requirements.lock pyproject.toml infra/install.sh
 	@PYTHON="$(PYTHON)" sh infra/install.sh
