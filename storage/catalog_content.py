@@ -10,7 +10,7 @@ import pyarrow as pa
 
 from storage.parquet import read_table, schema_of
 from storage.records import TABLES, columns_of
-from storage.tables import RUNS, key_of
+from storage.tables import key_of, part_column
 from storage.view_definitions import VIEWS, view_definition
 
 _SQL_TYPES: Final = {bool: "BOOLEAN", int: "BIGINT", float: "DOUBLE", str: "VARCHAR", datetime: "TIMESTAMPTZ"}
@@ -31,7 +31,8 @@ def create_table(connection: duckdb.DuckDBPyConnection, table: str) -> None:
 def copy_rows(connection: duckdb.DuckDBPyConnection, table: str, files: Sequence[Path]) -> None:
     """Take over the rows that came from ``files`` from the catalog attached as ``old``."""
     keys = [key_of(path) for path in files]
-    part = "run" if table == RUNS else "epoch"
+    part = part_column(table)
+    same_part = "" if part is None else f" AND rows.{part} = incoming.part"
     wanted = pa.table(
         {"structure": [key.structure for key in keys], "part": [key.epoch for key in keys]},
         schema=pa.schema({"structure": pa.string(), "part": pa.string()}),
@@ -40,7 +41,7 @@ def copy_rows(connection: duckdb.DuckDBPyConnection, table: str, files: Sequence
         connection,
         wanted,
         f"INSERT INTO data.{table} SELECT rows.* FROM old.data.{table} AS rows "  # noqa: S608 - names of our own
-        f"SEMI JOIN incoming ON rows.structure = incoming.structure AND rows.{part} = incoming.part",
+        f"SEMI JOIN incoming ON rows.structure = incoming.structure{same_part}",
     )
 
 

@@ -1,4 +1,4 @@
-"""Where the tables lie: tables/<table>/<structure>/<epoch>.parquet, and runs by run."""
+"""Where the tables lie: tables/<table>/<structure>/<epoch>.parquet, and others by run, by event or by structure alone."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +9,18 @@ from storage.records import TABLES
 from storage.workspace import Workspace
 
 RUNS: Final = "runs"
-EPOCH_TABLES: Final = tuple(name for name in TABLES if name != RUNS)
+ALARM_EVENTS: Final = "alarm_events"
+
+LEDGERS: Final = {RUNS: "run", ALARM_EVENTS: "event"}
+"""The tables that are only ever added to, one file a run or event, and the column that names it."""
+
+SERIES_TABLES: Final = ("change_tests", "trends", "control_chart")
+"""The tables that follow from all epochs of a structure, one file a structure: made anew, not measured."""
+
+SERIES: Final = "series"
+"""Name of that file."""
+
+EPOCH_TABLES: Final = tuple(name for name in TABLES if name not in LEDGERS and name not in SERIES_TABLES)
 """The tables that are published together, one file an epoch."""
 
 
@@ -25,16 +36,21 @@ class EpochKey:
 
 
 def table_path(ws: Workspace, table: str, structure: str, part: str) -> Path:
-    """Parquet file of a table for a structure and an epoch (of ``runs``: a run).
+    """Parquet file of a table for a structure and an epoch (of a ledger: a run or event; else ``SERIES``).
 
     Raises
     ------
     InputError
         If an id cannot be a file name.
     """
-    what = "a run" if table == RUNS else "an epoch"
+    what = f"a {LEDGERS.get(table, 'part')}" if table not in EPOCH_TABLES else "an epoch"
     folder = ws.tables / table / check_id(structure, "a structure")
     return folder / f"{check_id(part, what)}.parquet"
+
+
+def part_column(table: str) -> str | None:
+    """Column that names the part of a structure that a file of a table holds; None where it holds all of it."""
+    return None if table in SERIES_TABLES else LEDGERS.get(table, "epoch")
 
 
 def files_of(ws: Workspace, table: str) -> list[Path]:
@@ -43,7 +59,7 @@ def files_of(ws: Workspace, table: str) -> list[Path]:
 
 
 def key_of(path: Path) -> EpochKey:
-    """Structure and epoch (of ``runs``: run) of a file of ``files_of``."""
+    """Structure and epoch (of a ledger: run or event) of a file of ``files_of``."""
     return EpochKey(path.parent.name, path.name.removesuffix(".parquet"))
 
 

@@ -15,7 +15,16 @@ from storage.locks import publish_lock
 from storage.parquet import read_rows, stored_row_count
 from storage.publish import stale_temps
 from storage.records import TABLES, EpochRow
-from storage.tables import EPOCH_TABLES, RUNS, EpochKey, epochs_on_disk, files_of, key_of, table_path
+from storage.tables import (
+    EPOCH_TABLES,
+    SERIES,
+    EpochKey,
+    epochs_on_disk,
+    files_of,
+    key_of,
+    part_column,
+    table_path,
+)
 from storage.verified import is_remembered
 from storage.view_definitions import VIEWS
 from storage.workspace import Workspace
@@ -88,8 +97,12 @@ def _table_fault(ws: Workspace, table: str, path: Path) -> Fault | None:
         rows: list[object] = read_rows(path, table, TABLES[table])
     except StorageError as fault:
         return Fault(_at(ws, path), str(fault), again)
-    part = "run" if table == RUNS else "epoch"
-    strangers = {EpochKey(getattr(row, "structure", ""), getattr(row, part)) for row in rows} - {key_of(path)}
+    part = part_column(table)
+    keys = {
+        EpochKey(getattr(row, "structure", ""), SERIES if part is None else getattr(row, part))
+        for row in rows
+    }
+    strangers = keys - {key_of(path)}
     if strangers:
         return Fault(_at(ws, path), f"holds rows of {', '.join(map(str, sorted(strangers)))}", again)
     return None

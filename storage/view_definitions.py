@@ -6,11 +6,12 @@ from typing import Final
 
 from storage.change import ChangeRow
 from storage.errors import UsageError
-from storage.records import TABLES, EpochRow
+from storage.records import TABLES, AlarmRow, EpochRow
 from storage.surface_change import SurfaceChangeRow
 
 VIEWS: Final[dict[str, type]] = {
     **TABLES,
+    "alarms": AlarmRow,
     "changes": ChangeRow,
     "surface_changes": SurfaceChangeRow,
     "latest": EpochRow,

@@ -9,6 +9,8 @@ from storage.parquet import read_rows
 from storage.publish import publish_epoch
 from storage.records import (
     AccuracyRow,
+    AxisCovarianceRow,
+    AxisParameterRow,
     CoverageRow,
     EpochRow,
     PairRow,
@@ -46,6 +48,8 @@ class EpochTables:
     accuracy: Sequence[AccuracyRow]
     reference_leans: Sequence[ReferenceLeanRow] = ()
     scheme_comparison: Sequence[SchemeComparisonRow] = ()
+    axis_parameters: Sequence[AxisParameterRow] = ()
+    axis_covariances: Sequence[AxisCovarianceRow] = ()
     surface_map: Sequence[SurfaceMapRow] | None = None
     """None where the scheme that it rests on was not asked for."""
 
@@ -64,7 +68,8 @@ class EpochTables:
             "accuracy": self.accuracy,
             "reference_leans": self.reference_leans,
             "scheme_comparison": self.scheme_comparison,
-            "alarms": [],
+            "axis_parameters": self.axis_parameters,
+            "axis_covariances": self.axis_covariances,
         }
 
 

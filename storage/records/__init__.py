@@ -2,7 +2,11 @@
 
 from storage.records.accuracy import AccuracyRow
 from storage.records.alarm import AlarmRow
+from storage.records.alarm_event import AlarmEventRow
+from storage.records.axis_parameter import AxisCovarianceRow, AxisParameterRow
+from storage.records.change_test import ChangeTestRow
 from storage.records.column import Column, Field, columns_of
+from storage.records.control_chart import ControlChartRow
 from storage.records.coverage import CoverageCell, CoverageRow
 from storage.records.epoch import EpochRow
 from storage.records.pair import PairRow
@@ -16,6 +20,7 @@ from storage.records.stage_run import StageRunRow
 from storage.records.station import StationRow
 from storage.records.surface_map import SurfaceMapCell, SurfaceMapRow
 from storage.records.tilt import TiltRow
+from storage.records.trend import TrendRow
 
 TABLES: dict[str, type] = {
     "epochs": EpochRow,
@@ -30,16 +35,26 @@ TABLES: dict[str, type] = {
     "accuracy": AccuracyRow,
     "reference_leans": ReferenceLeanRow,
     "scheme_comparison": SchemeComparisonRow,
-    "alarms": AlarmRow,
+    "axis_parameters": AxisParameterRow,
+    "axis_covariances": AxisCovarianceRow,
+    "change_tests": ChangeTestRow,
+    "trends": TrendRow,
+    "control_chart": ControlChartRow,
     "runs": StageRunRow,
+    "alarm_events": AlarmEventRow,
 }
-"""Table name to record class; ``runs`` is stored by run, the others by structure and epoch."""
+"""Table name to record class; ``storage.tables`` says which are stored by epoch, by structure, by run or by event."""
 
 __all__ = [
     "TABLES",
     "AccuracyRow",
+    "AlarmEventRow",
     "AlarmRow",
+    "AxisCovarianceRow",
+    "AxisParameterRow",
+    "ChangeTestRow",
     "Column",
+    "ControlChartRow",
     "CoverageCell",
     "CoverageRow",
     "EpochRow",
@@ -56,6 +71,7 @@ __all__ = [
     "SurfaceMapCell",
     "SurfaceMapRow",
     "TiltRow",
+    "TrendRow",
     "columns_of",
     "failed_section",
 ]

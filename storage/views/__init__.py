@@ -5,8 +5,13 @@ from storage.surface_change import SurfaceChangeRow
 from storage.view_definitions import VIEWS
 from storage.views.reading import (
     accuracy_rows,
+    alarm_event_rows,
     alarm_rows,
+    axis_covariance_rows,
+    axis_parameter_rows,
     change_rows,
+    change_test_rows,
+    control_chart_rows,
     coverage_rows,
     epoch_rows,
     latest_epochs,
@@ -22,6 +27,7 @@ from storage.views.reading import (
     surface_change_rows,
     surface_map_rows,
     tilt_rows,
+    trend_rows,
 )
 
 __all__ = [
@@ -29,8 +35,13 @@ __all__ = [
     "ChangeRow",
     "SurfaceChangeRow",
     "accuracy_rows",
+    "alarm_event_rows",
     "alarm_rows",
+    "axis_covariance_rows",
+    "axis_parameter_rows",
     "change_rows",
+    "change_test_rows",
+    "control_chart_rows",
     "coverage_rows",
     "epoch_rows",
     "latest_epochs",
@@ -46,4 +57,5 @@ __all__ = [
     "surface_change_rows",
     "surface_map_rows",
     "tilt_rows",
+    "trend_rows",
 ]

@@ -14,7 +14,12 @@ from storage.publish import recover
 from storage.records import (
     TABLES,
     AccuracyRow,
+    AlarmEventRow,
     AlarmRow,
+    AxisCovarianceRow,
+    AxisParameterRow,
+    ChangeTestRow,
+    ControlChartRow,
     CoverageRow,
     EpochRow,
     PairRow,
@@ -27,6 +32,7 @@ from storage.records import (
     StationRow,
     SurfaceMapRow,
     TiltRow,
+    TrendRow,
     columns_of,
 )
 from storage.surface_change import SurfaceChangeRow
@@ -124,6 +130,40 @@ def change_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list
 def alarm_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AlarmRow]:
     """The alarms of a structure, the earliest first."""
     return _rows(ws, "alarms", AlarmRow, _chosen(structure, epoch), "raised_at, epoch, rule")
+
+
+def alarm_event_rows(ws: Workspace, structure: str) -> list[AlarmEventRow]:
+    """What happened to the alarms of a structure, the earliest first."""
+    return _rows(ws, "alarm_events", AlarmEventRow, {"structure": structure}, "happened_at, event")
+
+
+def axis_parameter_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AxisParameterRow]:
+    """The parameters of the axes of a structure, in the order of their places."""
+    order = "epoch, scheme, method, place"
+    return _rows(ws, "axis_parameters", AxisParameterRow, _chosen(structure, epoch), order)
+
+
+def axis_covariance_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AxisCovarianceRow]:
+    """The covariances of the parameters of the axes of a structure."""
+    order = "epoch, scheme, method, place_1, place_2"
+    return _rows(ws, "axis_covariances", AxisCovarianceRow, _chosen(structure, epoch), order)
+
+
+def change_test_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[ChangeTestRow]:
+    """The tests of what changed against the reference epoch, the earliest epoch first."""
+    order = "epoch_time, epoch, scheme, method, quantity"
+    return _rows(ws, "change_tests", ChangeTestRow, _chosen(structure, epoch), order)
+
+
+def trend_rows(ws: Workspace, structure: str) -> list[TrendRow]:
+    """The trends of a structure, one a scheme and method."""
+    return _rows(ws, "trends", TrendRow, {"structure": structure}, "scheme, method")
+
+
+def control_chart_rows(ws: Workspace, structure: str) -> list[ControlChartRow]:
+    """The control charts of a structure, the earliest epoch first."""
+    order = "scheme, method, epoch_time, epoch"
+    return _rows(ws, "control_chart", ControlChartRow, {"structure": structure}, order)
 
 
 def run_rows(ws: Workspace, run: str) -> list[StageRunRow]:

@@ -9,7 +9,9 @@ from storage.ledger import append_run, store_settings
 from storage.publish import publish_epoch
 from storage.records import (
     AccuracyRow,
-    AlarmRow,
+    AlarmEventRow,
+    AxisCovarianceRow,
+    AxisParameterRow,
     CoverageRow,
     EpochRow,
     PairRow,
@@ -232,8 +234,29 @@ def scheme_comparison_row(epoch: str) -> SchemeComparisonRow:
     return replace(row, structure=STRUCTURE, epoch=epoch, compared="A/paper", against="A/robust")
 
 
-def alarm_row(epoch: str) -> AlarmRow:
-    return AlarmRow(STRUCTURE, epoch, "movement", "warning", 0.021, 0.02, "new", epoch_time(0))
+def alarm_event_row(event: str, action: str = "raised", hours: int = 0) -> AlarmEventRow:
+    return AlarmEventRow(
+        event=event,
+        structure=STRUCTURE,
+        alarm="movement-e0",
+        epoch="e0",
+        rule="movement",
+        severity="warning",
+        action=action,
+        happened_at=epoch_time(0) + timedelta(hours=hours),
+        value=0.021,
+        limit_value=0.02,
+        person=None if action == "raised" else "A. Surveyor",
+        note=None if action == "raised" else "seen",
+    )
+
+
+def axis_parameter_row(epoch: str) -> AxisParameterRow:
+    return AxisParameterRow(STRUCTURE, epoch, "A", "paper", "base_east", 0, 0.012, 0.003)
+
+
+def axis_covariance_row(epoch: str) -> AxisCovarianceRow:
+    return AxisCovarianceRow(STRUCTURE, epoch, "A", "paper", 0, 0, 9e-6, 1e-6)
 
 
 def stage_run_row(run: str, epoch: str) -> StageRunRow:
@@ -271,7 +294,8 @@ def epoch_tables(
         "accuracy": [accuracy_row(epoch)],
         "reference_leans": [reference_lean_row(epoch, number)],
         "scheme_comparison": [scheme_comparison_row(epoch)],
-        "alarms": [],
+        "axis_parameters": [axis_parameter_row(epoch)],
+        "axis_covariances": [axis_covariance_row(epoch)],
     }
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from storage.errors import InputError, StorageError
 from storage.publish import publish_epoch, recover, remove_epoch, stale_temps
-from storage.records import TABLES, AlarmRow, SliceRow, TiltRow
+from storage.records import TABLES, ChangeTestRow, SliceRow, TiltRow
 from storage.tables import EPOCH_TABLES, EpochKey, epochs_on_disk, files_of, table_path
 from storage.views import rows_of
 from storage.workspace import Workspace
-from tests.storage.campaign import STRUCTURE, alarm_row, epoch_tables, tilt_row
+from tests.storage.campaign import STRUCTURE, epoch_tables, tilt_row
 
 OLD, NEW = (0.007, -0.0057), (0.008, -0.0057)
 N_STEPS = 2 * len(EPOCH_TABLES) + 2
@@ -61,7 +61,7 @@ def publish_old(ws: Workspace) -> None:
 
 def new_tables() -> dict[str, list[object]]:
     tables = epoch_tables("e0", 0, NEW, state="degraded")
-    return {**tables, "alarms": [alarm_row("e0")], "slices": tables["slices"][:3]}
+    return {**tables, "accuracy": [], "slices": tables["slices"][:3]}
 
 
 def utc(tables: dict[str, list[object]]) -> dict[str, list[object]]:
@@ -243,7 +243,7 @@ def test_rows_can_be_read_of_one_epoch(ws: Workspace) -> None:
     publish_old(ws)
     publish_epoch(ws, STRUCTURE, "e1", epoch_tables("e1", 1))
     assert {row.epoch for row in rows_of(ws, SliceRow, STRUCTURE, "e1")} == {"e1"}
-    assert rows_of(ws, AlarmRow) == []
+    assert rows_of(ws, ChangeTestRow) == []
 
 
 def test_only_temps_that_nobody_can_still_write_are_swept(ws: Workspace) -> None:

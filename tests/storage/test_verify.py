@@ -76,7 +76,7 @@ def test_a_damaged_table_is_found(filled: Workspace) -> None:
 
 
 def test_an_epoch_with_a_table_missing_is_found(filled: Workspace) -> None:
-    table_path(filled, "alarms", STRUCTURE, "e1").unlink()
+    table_path(filled, "axis_parameters", STRUCTURE, "e1").unlink()
     faults = verify_workspace(filled).faults
     assert any(
         "the epoch is not whole" in fault.what and fault.where == f"{STRUCTURE}/e1" for fault in faults

@@ -3,20 +3,22 @@
 import csv
 import io
 import json
+from datetime import timedelta
 from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
 
 from storage import views
+from storage.alarm_log import append_alarm_event
 from storage.catalog import rebuild_catalog
-from storage.errors import UsageError
+from storage.errors import StorageError, UsageError
 from storage.export import FORMATS, export_view
 from storage.publish import publish_epoch
 from storage.records import SectionFit, columns_of
 from storage.view_definitions import VIEWS
 from storage.workspace import Workspace, open_workspace
-from tests.storage.campaign import STRUCTURE, alarm_row, epoch_tables, fill
+from tests.storage.campaign import STRUCTURE, alarm_event_row, epoch_tables, epoch_time, fill
 
 
 @pytest.fixture(scope="module")
@@ -116,7 +118,18 @@ def test_a_wrong_word_is_answered_with_the_known_ones(
         exported(filled, view, file_format)
 
 
-def test_an_alarm_of_an_epoch_is_read_back(ws: Workspace) -> None:
-    publish_epoch(ws, STRUCTURE, "e0", {**epoch_tables("e0"), "alarms": [alarm_row("e0")]})
+def test_alarm_is_what_its_events_have_made_of_it(ws: Workspace) -> None:
+    append_alarm_event(ws, alarm_event_row("20250101T000000Z-a"))
+    append_alarm_event(ws, alarm_event_row("20250101T010000Z-b", "acknowledged", hours=1))
+    append_alarm_event(ws, alarm_event_row("20250101T020000Z-c", "delivered", hours=2))
     rebuild_catalog(ws)
-    assert views.alarm_rows(ws, STRUCTURE, "e0") == [alarm_row("e0")]
+    (alarm,) = views.alarm_rows(ws, STRUCTURE, "e0")
+    assert (alarm.state, alarm.person, alarm.note) == ("acknowledged", "A. Surveyor", "seen")
+    assert (alarm.raised_at, alarm.changed_at) == (epoch_time(0), epoch_time(0) + timedelta(hours=1))
+    assert len(views.alarm_event_rows(ws, STRUCTURE)) == 3
+
+
+def test_log_of_alarms_is_append_only(ws: Workspace) -> None:
+    append_alarm_event(ws, alarm_event_row("one"))
+    with pytest.raises(StorageError, match="append only"):
+        append_alarm_event(ws, alarm_event_row("one", "closed"))

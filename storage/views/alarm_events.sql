@@ -1,0 +1,3 @@
+-- something that happened to an alarm
+SELECT *
+FROM data.alarm_events
