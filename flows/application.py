@@ -14,12 +14,23 @@ COMMANDS: Final[Mapping[str, str]] = {
     "check": "Check a campaign file and the headers of its scans; no points are read.",
     "schema": "Print the JSON Schema of the campaign file, for editors and programs.",
     "plan": "Predict the sigma of the lean, the change that will be detectable and the coverage of a survey to come.",
+    "limits": "List the tables of limits with their papers, and what they allow at a height.",
     "run": "Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.",
+    "reprocess": "Process epochs again with a new method or version, keep the old results, print what changed.",
     "status": "Print the newest state; the exit code tells quality, warning and alarm.",
+    "alarms": "List the alarms, the active ones first; --evaluate looks for new ones and delivers them.",
+    "acknowledge": "Say that somebody has seen an alarm.",
+    "mute": "Keep an alarm quiet for a while, or for good.",
+    "unmute": "Let a muted alarm speak again.",
+    "close": "End an alarm; its rule raises a new one at the next epoch if need be.",
+    "watch": "Take station files in as they arrive, say what is missing while the crew is on site, run complete epochs.",
     "compare": "Say for every scheme and method how far the top moved between two epochs.",
     "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
     "are enough.",
     "export": "Write a view of the catalog to a file, or to stdout where none is named.",
+    "deploy": "Put campaigns on the schedule of a workflow server: one deployment a structure, named by its id.",
+    "recover": "Settle runs that were killed: what they did goes into the ledger, no server takes them for running any "
+    "more.",
     "verify": "Check that everything in the workspace is whole and true to its digest.",
     "doctor": "Say whether this machine has what a run needs, and what to do where something lacks.",
 }

@@ -1,11 +1,11 @@
 """The state of a structure as lines for people and as an object for programs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from typing import Final
 
 from flows.terminal import Json
-from storage.records import EpochRow
+from storage.records import EpochRow, VerdictRow
 from tasks.condition import Condition, Level
 
 EXIT_CODES: Final = {Level.OK: 0, Level.QUALITY: 4, Level.WARNING: 5, Level.ALARM: 6}
@@ -103,6 +103,11 @@ def _coverage_of(epoch: EpochRow) -> str:
         return seen
     gain = f'would bring the sigma of the lean from {now:.1f}" to {then:.1f}"'
     return f"{seen}; one more station at azimuth {azimuth_deg:.0f}° {gain}"
+
+
+def further_verdicts(condition: Condition, rows: Sequence[VerdictRow]) -> list[VerdictRow]:
+    """What the limits beside the primary one say of the result that counts."""
+    return [row for row in rows if (row.scheme, row.method) == condition.primary and not row.is_primary]
 
 
 def _limit_of(condition: Condition) -> str:

@@ -24,6 +24,7 @@ from tasks.epoch_tables import (
 )
 from tasks.evaluation import compare_with_control
 from tasks.exchange import rebuild
+from tasks.parameter_rows import rows_of_outcomes
 from tasks.plan import plan_occasion, plan_references, plan_standard
 from tasks.preprocessing import Removal
 from tasks.produced import Json
@@ -33,6 +34,7 @@ from tasks.reference_rows import reference_rows
 from tasks.scheme_comparison import EpochAxes, compare_schemes
 from tasks.stages import fit_scheme_axis, fit_whole_surface, map_whole_surface, slice_shaft
 from tasks.station_rows import station_rows, with_levels
+from tasks.verdict_rows import verdict_rows
 
 STAGES_OF_SCHEMES: Final = (slice_shaft, fit_scheme_axis, fit_whole_surface, map_whole_surface)
 """Which of them run depends on the schemes that were asked for; the rows of the others stay in the epoch."""
@@ -85,6 +87,7 @@ def _judge(work: EpochWork, result: EpochResult, tables: EpochTables) -> None:
 def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
     home = Home(work.campaign.structure.id, work.epoch.id)
     scans = [scan.input for scan in result.scans]
+    parameters = rows_of_outcomes(home, result.outcomes)
     return EpochTables(
         epoch=_epoch_row(work, result, has_result=bool(result.tilt)),
         stations=_stations(work, result, home, scans),
@@ -95,7 +98,10 @@ def _tables(work: EpochWork, result: EpochResult) -> EpochTables:
         tilt=result.tilt,
         schemes=scheme_rows(home, result.outcomes),
         accuracy=result.accuracy,
+        verdicts=verdict_rows(result.tilt, plan_standard(work.campaign, work.epoch)),
         reference_leans=_references(work),
+        axis_parameters=parameters.parameters,
+        axis_covariances=parameters.covariances,
         surface_map=surface_map_of(work, result, home),
     )
 

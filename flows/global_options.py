@@ -15,7 +15,8 @@ errors only; --no-color (or the environment variable NO_COLOR).
 
 Exit codes: 0 done, 1 fault of the program, 2 wrong usage,
 3 bad campaign file or input, 4 quality gate not passed, 5 warning, 6 alarm
-(4 to 6 from status, and from run with --fail-on), 130 interrupted.
+(4 to 6 from status, 5 and 6 from alarms, and from run with --fail-on),
+130 interrupted.
 """
 
 

@@ -1,4 +1,4 @@
-"""The run's own ledger: what every stage did, told as it happens and stored at the end."""
+"""The run's own ledger: what every stage did, told and journalled as it happens, stored at the end."""
 
 import secrets
 from collections.abc import Callable
@@ -6,7 +6,10 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
+from flows.journal_lines import StageAsked, asked_line, outcome_line, row_line, scans_line
+from flows.outcome import EpochOutcome
 from storage.records import StageRunRow
+from storage.run_record import RunJournal
 from tasks.produced import Produced
 
 
@@ -45,10 +48,26 @@ class RunLedger:
     rows: list[StageRunRow] = field(default_factory=list)
     scans: dict[str, str] = field(default_factory=dict)
     """Digest of every scan that the run has seen, and whose it was first."""
+    journal: RunJournal | None = None
+    """Where it is written as it happens, so that a run that is killed can be told of (flows/run_keeping)."""
+    anew: set[str] | None = None
+    """Keys of the stages that were computed anew although they were cached; None where what is cached is taken."""
+
+    def wants_anew(self, cache_key: str) -> bool:
+        """Whether a stage is to be computed although it is cached: in a forced run, once."""
+        if self.anew is None or cache_key in self.anew:
+            return False
+        self.anew.add(cache_key)
+        return True
 
     def begin(self, epoch: str, stage: str) -> None:
         """Tell that a stage was asked for."""
         self.listener(StageEvent(epoch, stage, "started"))
+
+    def asked(self, asked: StageAsked) -> None:
+        """Put down which stage is under way, so that it is known where a run was cut short."""
+        if self.journal is not None:
+            self.journal.append(asked_line(asked))
 
     def note(self, epoch: str, done: StageDone) -> None:
         """Put the end of a stage down."""
@@ -56,7 +75,7 @@ class RunLedger:
         refusal = done.produced.refusal if done.produced is not None else None
         outcome = "failed" if done.produced is None else "refused" if refusal else "ok"
         state = "cached" if done.cached else "computed"
-        self.rows.append(
+        self.put_down(
             StageRunRow(
                 run=self.run,
                 structure=self.structure,
@@ -73,9 +92,24 @@ class RunLedger:
                 cache_key=done.cache_key,
             )
         )
-        last = self.rows[-1]
-        told = state if outcome == "ok" else outcome
-        self.listener(StageEvent(epoch, done.stage, told, last.seconds, last.points, last.reason))
+
+    def put_down(self, row: StageRunRow) -> None:
+        """Add a row, and journal it."""
+        if self.journal is not None:
+            self.journal.append(row_line(row))
+        self.take(row)
+
+    def ended(self, outcome: EpochOutcome) -> None:
+        """Put down how an epoch ended, and which scans were seen so far."""
+        if self.journal is not None:
+            self.journal.append(scans_line(self.scans))
+            self.journal.append(outcome_line(outcome))
+
+    def take(self, row: StageRunRow) -> None:
+        """Add a row that the journal has already: of a child process of this run."""
+        self.rows.append(row)
+        told = row.state if row.outcome == "ok" else row.outcome
+        self.listener(StageEvent(row.epoch, row.stage, told, row.seconds, row.points, row.reason))
 
     def count(self, state: str) -> int:
         """How many stages ended so."""

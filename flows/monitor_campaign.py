@@ -3,40 +3,42 @@
 Called by the command line, by a notebook, or by a worker from a deployment (infra/prefect.yaml).
 """
 
-import os
-import time
-import traceback
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
-from prefect import Flow, flow, get_run_logger
+from prefect import flow, get_run_logger
 from prefect.runtime import deployment
-from prefect.task_runners import ThreadPoolTaskRunner
 
+from flows.assess_structure import assess_structure
+from flows.epochs_in_children import process_in_children
+from flows.epochs_loop import EpochsRequest, process_epochs
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
-from flows.monitor_epoch import PLAIN_JSON, monitor_epoch
+from flows.monitor_epoch import PLAIN_JSON
 from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
+from flows.run_guard import RunGuard, guard_of, with_retries
+from flows.run_keeping import kept_run
 from storage.catalog import rebuild_catalog
-from storage.errors import InputError, StorageError
-from storage.ledger import append_run
+from storage.errors import InputError
 from storage.workspace import Workspace, open_workspace
-from tasks.settings import Campaign, load_campaign
-
-EpochFlow = Flow[[str, str, str, list[str]], EpochOutcome]
-
-CATALOG_EVERY_S: Final = 20.0
-"""In a long run the catalog follows the epochs at least this often; at the end it always does."""
+from tasks.settings import Campaign
+from tasks.settings.intake import load_with_intake
 
 
 @flow(name="monitor-campaign", persist_result=False, result_serializer=PLAIN_JSON)
 def monitor_campaign(
-    campaign_file: str, workspace: str, epochs: list[str] | None = None, schemes: list[str] | None = None
+    campaign_file: str,
+    workspace: str,
+    epochs: list[str] | None = None,
+    schemes: list[str] | None = None,
+    guard: RunGuard | None = None,
 ) -> list[EpochOutcome]:
     """Process the epochs of a campaign; one that fails does not stop the others.
+
+    Under a guard the epochs run in a process of their own, which is ended where an epoch takes too long. A
+    deployed run has the guard of [schedule] where none is given; other runs have none then.
 
     Raises
     ------
@@ -47,45 +49,35 @@ def monitor_campaign(
     EpochsFailedError
         In a run of a deployment, where the state of the run is all that anyone sees: if any epoch failed.
     """
-    campaign = load_campaign(Path(campaign_file))
+    campaign = load_with_intake(Path(campaign_file), Path(workspace))
     place = open_workspace(Path(workspace))
     chosen = _chosen_epochs(campaign, campaign_file, epochs or [])
-    catalog = _Catalog(place)
-    epoch_flow = _epoch_flow(campaign, place)
-    outcomes: list[EpochOutcome] = []
+    request = EpochsRequest(campaign_file, str(place.root), tuple(chosen), tuple(schemes or ()))
+    if guard is None and deployment.id is not None:
+        guard = guard_of(campaign)
     with _ledger(campaign) as ledger:
         try:
-            for epoch in chosen:
-                outcomes.append(_process(epoch_flow, campaign_file, place, epoch, schemes or []))
-                catalog.follow()
+            with kept_run(place, ledger):
+                outcomes = _process(request, campaign, place, guard)
+                assess_structure(place, campaign)
         finally:
-            append_run(place, ledger.run, ledger.structure, ledger.rows)
             rebuild_catalog(place)
     if deployment.id is not None:
         _tell_deployment(outcomes)
     return outcomes
 
 
-def _epoch_flow(campaign: Campaign, workspace: Workspace) -> EpochFlow:
-    """The flow of an epoch, with its records in the workspace and no more stages at once than asked for."""
-    workers = campaign.execution.workers or os.cpu_count() or 1
-    return monitor_epoch.with_options(
-        result_storage=workspace.records,
-        persist_result=False,
-        task_runner=ThreadPoolTaskRunner(max_workers=workers),  # type: ignore[arg-type]
-    )
-
-
 def _process(
-    epoch_flow: EpochFlow, campaign_file: str, workspace: Workspace, epoch: str, schemes: list[str]
-) -> EpochOutcome:
-    try:
-        return epoch_flow(campaign_file, str(workspace.root), epoch, schemes)
-    except (InputError, StorageError) as fault:
-        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=True)
-    except Exception as fault:
-        reason = f"fault of the program: {type(fault).__name__}: {fault}"
-        return EpochOutcome(epoch, "failed", (reason,), bad_input=False, fault=traceback.format_exc())
+    request: EpochsRequest, campaign: Campaign, place: Workspace, guard: RunGuard | None
+) -> list[EpochOutcome]:
+    if guard is None:
+        return process_epochs(request, campaign, place)
+    time_limit_s = guard.time_limit_s
+
+    def in_children(epochs: Sequence[str]) -> list[EpochOutcome]:
+        return process_in_children(replace(request, epochs=tuple(epochs)), place, time_limit_s)
+
+    return with_retries(in_children, request.epochs, guard)
 
 
 def _chosen_epochs(campaign: Campaign, campaign_file: str, names: list[str]) -> list[str]:
@@ -125,20 +117,3 @@ def _tell_deployment(outcomes: list[EpochOutcome]) -> None:
     if failed:
         told = "; ".join(f"{outcome.epoch}: {', '.join(outcome.reasons)}" for outcome in failed)
         raise EpochsFailedError(f"{len(failed)} of {len(outcomes)} epochs failed: {told}")
-
-
-@dataclass(slots=True)
-class _Catalog:
-    """Rebuilds the catalog now and then while epochs are published."""
-
-    workspace: Workspace
-    built_at: float = 0.0
-
-    def follow(self) -> None:
-        """Rebuild it if it is time; where it cannot be swapped just now, the end of the run tells."""
-        now = time.monotonic()
-        if now - self.built_at > CATALOG_EVERY_S:
-            # on Windows a reader may hold the old one open: no reason to stop the epochs that are left
-            with suppress(StorageError):
-                rebuild_catalog(self.workspace)
-            self.built_at = time.monotonic()

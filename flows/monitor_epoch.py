@@ -20,9 +20,10 @@ from flows.stable_steps import take_stable
 from flows.stage_calls import StageCalls
 from storage.errors import InputError, UsageError
 from storage.locks import epoch_lock
+from storage.places import with_store
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
-from tasks.settings import load_campaign
+from tasks.settings.intake import load_with_intake
 
 WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
 """Another run of the same epoch is waited for: what it computes is then found in the cache."""
@@ -65,17 +66,17 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
 
 
 def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochWork:
-    campaign = load_campaign(Path(campaign_file))
+    campaign = load_with_intake(Path(campaign_file), Path(workspace))
     chosen = campaign.epoch(epoch)
     if chosen is None:
         known = ", ".join(known.id for known in campaign.epochs)
         raise InputError(f"{campaign_file}: no epoch {epoch!r}; known: {known}")
-    place = Workspace(Path(workspace))
+    place = with_store(Workspace(Path(workspace)), campaign.execution.store)
     ledger = current_ledger.get(None)
     if ledger is None:
         raise UsageError(
             f"monitor_epoch needs the ledger of monitor_campaign: call monitor_campaign(..., epochs=[{epoch!r}])"
         )
-    calls = StageCalls(ledger, epoch, workspace)
+    calls = StageCalls(ledger, epoch, place.place)
     axes = tuple(plan_axes(campaign, schemes))
     return EpochWork(campaign, chosen, place, calls, axes, partial=bool(schemes))

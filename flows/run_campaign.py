@@ -8,7 +8,7 @@ from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.outcome import RunOutcome
 from flows.prefect_home import prepare_prefect
 from storage.workspace import open_workspace
-from tasks.settings import load_campaign
+from tasks.settings.intake import load_with_intake
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +19,10 @@ class RunRequest:
     workspace: Path
     epochs: tuple[str, ...] = ()
     schemes: tuple[str, ...] = ()
+    time_limit_s: float | None = None
+    """Longest time that an epoch may take; none where missing, and then the epochs run in this process."""
+    anew: bool = False
+    """Compute also what is cached; in this process only."""
 
 
 def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) -> RunOutcome:
@@ -31,17 +35,22 @@ def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) ->
     StorageError
         If the workspace cannot be used.
     """
-    campaign = load_campaign(request.campaign_file)
+    campaign = load_with_intake(request.campaign_file, request.workspace)
     workspace = open_workspace(request.workspace)
     prepare_prefect(workspace)
     # Prefect reads its settings when it is imported
     from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
+    from flows.run_guard import RunGuard  # noqa: PLC0415
 
-    ledger = RunLedger(new_run_id(), campaign.structure.id, on_event)
+    ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
     try:
         outcomes = monitor_campaign(
-            str(request.campaign_file), str(workspace.root), list(request.epochs), list(request.schemes)
+            str(request.campaign_file),
+            str(workspace.root),
+            list(request.epochs),
+            list(request.schemes),
+            None if request.time_limit_s is None else RunGuard(request.time_limit_s),
         )
     finally:
         current_ledger.reset(token)

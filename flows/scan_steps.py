@@ -6,6 +6,7 @@ from flows.epoch_work import EpochResult, EpochWork, ReadScan
 from flows.stage_calls import Pending
 from storage.digests import file_sha256
 from storage.errors import StorageError
+from storage.scan_files import offer_scan
 from tasks.epoch_tables import ScanInput
 from tasks.exchange import plain
 from tasks.plan import PlannedScan, plan_scans
@@ -49,6 +50,7 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str,
         digest = file_sha256(plan.path)
     except StorageError as fault:
         return plan, str(fault), None
+    offer_scan(work.workspace, plan.path, digest)
     pending = work.calls.submit(
         ingest_scan,
         f"ingest {plan.station}",

@@ -5,11 +5,14 @@ from datetime import UTC, datetime
 from typing import Any
 
 from prefect import Task
+from prefect.context import TagsContext
 from prefect.futures import PrefectFuture
 
+from flows.dask_cluster import told_of_cluster
+from flows.journal_lines import StageAsked
 from flows.ledger import RunLedger, StageDone
 from storage.errors import InputError, StorageError
-from tasks.caching import Identity, identity_of
+from tasks.caching import Identity, anew, identity_of
 from tasks.produced import Cost, Produced, produced_from_json
 
 
@@ -39,24 +42,32 @@ class StageCalls:
         self.ledger.begin(self.epoch, label)
         inputs["workspace"] = self.workspace
         identity = identity_of(stage, inputs)
-        return Pending(label, identity, datetime.now(UTC), stage.submit(**inputs))
+        started_at = datetime.now(UTC)
+        self.ledger.asked(
+            StageAsked(self.epoch, label, started_at, identity.cache_key, identity.code_version)
+        )
+        called = anew(stage) if self.ledger.wants_anew(identity.cache_key) else stage
+        # for a stage that inherits the tags of its run the server is asked for a slot for every tag, before it begins
+        with TagsContext(current_tags=set()):
+            future = called.submit(**inputs)
+        return Pending(label, identity, started_at, future)
 
     def finish(self, pending: Pending) -> Produced:
         """Wait for a stage and note it; a fault of the program is noted and raised again.
 
         A refusal that was raised is one like any other, but was not cached.
         """
-        pending.future.wait()
-        state = pending.future.state
-        cached = state.name == "Cached"
         try:
             produced = produced_from_json(pending.future.result())
         except InputError as refusal:
             produced = Produced(Cost(0.0, None, None), refusal=str(refusal))
         except Exception as fault:
-            self._note(pending, cached=cached, produced=None, fault=f"{type(fault).__name__}: {fault}")
-            raise
-        self._note(pending, cached=cached, produced=produced, fault=None)
+            told = told_of_cluster(pending.label, fault)
+            self._note(pending, cached=False, produced=None, fault=f"{type(told).__name__}: {told}")
+            if told is fault:
+                raise
+            raise told from fault
+        self._note(pending, cached=pending.future.state.name == "Cached", produced=produced, fault=None)
         return produced
 
     def call(self, stage: Task[..., Any], label: str, **inputs: Any) -> Produced:

@@ -1,31 +1,30 @@
-"""Results of stages, stored under the SHA-256 of their bytes: artifacts/ab/<sha256>.<ext>."""
+"""Results of stages, stored under the SHA-256 of their bytes: artifacts/ab/<sha256>.<ext>.
+
+They lie in the store of the workspace: its own folder, from which they are read without a copy, or a place elsewhere.
+"""
 
 import hashlib
 import json
-import os
 import re
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final, Literal, TypeAlias, TypeVar
+from typing import BinaryIO, Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from storage.atomic import Writer, faults_of_the_system, make_folder, replace_file, sync_folder, write_temp
-from storage.digests import file_sha256
+from storage.atomic import Writer, write_temp
 from storage.errors import StorageError
 from storage.parquet import encode_rows, read_rows
-from storage.verified import forget, is_remembered, remember
+from storage.places import store_of
+from storage.store import Content
 from storage.workspace import Workspace
 
 Row = TypeVar("Row")
 Number: TypeAlias = np.bool_ | np.integer | np.floating
 JsonValue: TypeAlias = bool | int | float | str | Sequence["JsonValue"] | Mapping[str, "JsonValue"] | None
-
-# an artifact is dated back, so that a change in the same tick of the clock still changes its time
-_DATED_BACK_NS: Final = 10_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +43,16 @@ class ArtifactRef:
                 f"reference to artifact {self.kind!r} needs a SHA-256 in hex and an extension of letters and "
                 f"digits; got {self.sha256!r} and {self.ext!r}"
             )
+
+    @property
+    def name(self) -> str:
+        """What the store calls it."""
+        return f"artifacts/{self.sha256[:2]}/{self.sha256}.{self.ext}"
+
+    @property
+    def content(self) -> Content:
+        """What the store must hold under that name."""
+        return Content(self.sha256, self.size)
 
     def to_json(self) -> dict[str, str | int]:
         """Plain values, for a stage's result."""
@@ -65,8 +74,8 @@ class ArtifactRef:
 
 
 def artifact_path(ws: Workspace, ref: ArtifactRef) -> Path:
-    """Where the artifact lies or would lie."""
-    return ws.artifacts / ref.sha256[:2] / f"{ref.sha256}.{ref.ext}"
+    """Where the artifact lies or would lie in the folder of the workspace."""
+    return ws.root / ref.name
 
 
 def put_array(ws: Workspace, kind: str, array: NDArray[Number]) -> ArtifactRef:
@@ -183,26 +192,12 @@ def put_file(ws: Workspace, kind: str, source: Path) -> ArtifactRef:
 
 def is_whole(ws: Workspace, ref: ArtifactRef) -> bool:
     """Whether the artifact is there with the right size and digest; one that is unchanged is not hashed again."""
-    path = artifact_path(ws, ref)
-    if not _has_size(path, ref.size):
-        return False
-    return is_remembered(ws, path) or is_whole_by_hash(ws, ref)
+    return store_of(ws).is_whole(ref.name, ref.content)
 
 
 def is_whole_by_hash(ws: Workspace, ref: ArtifactRef) -> bool:
     """Whether the artifact is there with the right size and digest, whatever was found before."""
-    path = artifact_path(ws, ref)
-    return _has_size(path, ref.size) and has_its_digest(ws, path)
-
-
-def has_its_digest(ws: Workspace, path: Path) -> bool:
-    """Whether a file of the store holds what its name says; the answer is remembered."""
-    if file_sha256(path) != path.name.split(".")[0]:
-        forget(ws, path)
-        return False
-    if not is_remembered(ws, path):
-        remember(ws, path)
-    return True
+    return store_of(ws).is_whole_by_hash(ref.name, ref.content)
 
 
 class _HashingFile:
@@ -230,36 +225,21 @@ def _put(ws: Workspace, kind: str, ext: str, content: bytes | Writer) -> Artifac
         else:
             content(hashing)  # type: ignore[arg-type]
 
-    temp = write_temp(ws.artifacts / "incoming", write)
-    ref = ArtifactRef(kind, written[0].digest.hexdigest(), written[0].size, ext)
-    if is_whole(ws, ref):
-        temp.unlink()
-    else:
-        _take_in(ws, temp, artifact_path(ws, ref))
+    store = store_of(ws)
+    temp = write_temp(store.incoming, write)
+    try:
+        ref = ArtifactRef(kind, written[0].digest.hexdigest(), written[0].size, ext)
+        store.take(ref.name, temp, ref.content)
+    finally:
+        temp.unlink(missing_ok=True)
     return ref
 
 
-def _take_in(ws: Workspace, temp: Path, path: Path) -> None:
-    with faults_of_the_system(path):
-        stat = temp.stat()
-        os.utime(temp, ns=(stat.st_atime_ns, stat.st_mtime_ns - _DATED_BACK_NS))
-    make_folder(path.parent)
-    replace_file(temp, path)
-    sync_folder(path.parent)
-    remember(ws, path)
-
-
-def _has_size(path: Path, size: int) -> bool:
-    return path.is_file() and path.stat().st_size == size
-
-
 def _present(ws: Workspace, ref: ArtifactRef) -> Path:
-    path = artifact_path(ws, ref)
-    if not path.is_file():
-        raise StorageError(f"artifact {ref.kind!r} is absent: no {path}; run again to compute it anew")
-    if path.stat().st_size != ref.size:
-        raise _damaged(path, f"needed {ref.size} bytes, it has {path.stat().st_size}")
-    return path
+    try:
+        return store_of(ws).local_path(ref.name, ref.content)
+    except StorageError as fault:
+        raise StorageError(f"artifact {ref.kind!r}: {fault}") from fault
 
 
 def _loaded(ws: Workspace, ref: ArtifactRef, mode: Literal["r"] | None) -> NDArray[Number]:

@@ -2,27 +2,41 @@
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final
 
 import duckdb
 
 from storage.atomic import faults_of_the_system, replace_file, sync_file, sync_folder, temp_beside
-from storage.catalog_content import copy_rows, create_table, create_view, fill_dictionary, read_rows_in
+from storage.catalog_content import (
+    copy_rows,
+    create_table,
+    create_view,
+    fill_dictionary,
+    read_rows_in,
+    remove_rows,
+)
+from storage.catalog_parts import CATALOG_TABLES, Part, part_of, stamps_of
 from storage.errors import StorageError
 from storage.locks import publish_lock
 from storage.publish import recover
-from storage.records import TABLES, columns_of
-from storage.tables import files_of
-from storage.verified import stamp_of
+from storage.records import columns_of
 from storage.view_definitions import VIEWS, view_definition
 from storage.workspace import Workspace
 
 # a file of DuckDB 2's own default is refused by every 1.x client
 STORAGE_VERSION: Final = "v1.0.0"
+
+
+# rows that were replaced in a copy of a catalog leave holes: of more files than so many, or than this share of all,
+# it is made anew
+_FEW_FILES: Final = 1000
+_MOST_REPLACED: Final = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +45,27 @@ class Sources:
 
     definitions: str
     """Digest of the views, the columns and the version of DuckDB."""
+    columns: Mapping[str, str]
+    """Table to the digest of its columns: where it is the same, rows can be taken over from an older catalog."""
     stamps: Mapping[str, str]
-    """Parquet file, relative to the tables, to its inode, size and time of change."""
+    """File, relative to the workspace, to its inode, size and time of change."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Stored:
+    """What the present catalog was made of, and how many files were replaced in it since it was made anew."""
+
+    sources: Sources
+    replaced: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Difference:
+    """What of the sources changed: files whose rows must go, and files that must be read."""
+
+    gone: Sequence[str]
+    new: Sequence[str]
+    kept: Sequence[str]
 
 
 def rebuild_catalog(ws: Workspace) -> bool:
@@ -52,8 +85,8 @@ def rebuild_catalog(ws: Workspace) -> bool:
     """
     with publish_lock(ws):
         recover(ws)
-        old, new = _stored_sources(ws), _sources(ws)
-        if old == new:
+        old, new = _stored(ws), _sources(ws)
+        if old is not None and old.sources == new:
             return False
         temp = temp_beside(ws.tmp / ws.catalog.name)
         try:
@@ -67,7 +100,8 @@ def rebuild_catalog(ws: Workspace) -> bool:
 
 def is_current(ws: Workspace) -> bool:
     """Whether the catalog can be read and was made of the tables as they are."""
-    return _stored_sources(ws) == _sources(ws)
+    stored = _stored(ws)
+    return stored is not None and stored.sources == _sources(ws)
 
 
 @contextmanager
@@ -97,25 +131,40 @@ def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
 
 
 def _sources(ws: Workspace) -> Sources:
+    return Sources(_definitions(), _columns(), stamps_of(ws))
+
+
+@cache
+def _definitions() -> str:
     sql = {name: view_definition(name).sql for name in VIEWS}
-    columns = {name: repr(list(columns_of(record))) for name, record in VIEWS.items()}
-    text = json.dumps([sql, columns, duckdb.__version__], sort_keys=True)
-    stamps = {
-        path.relative_to(ws.tables).as_posix(): str(stamp_of(path))
-        for table in TABLES
-        for path in files_of(ws, table)
+    meanings = {name: repr(list(columns_of(record))) for name, record in VIEWS.items()}
+    return _digest([sql, meanings, duckdb.__version__])
+
+
+@cache
+def _columns() -> Mapping[str, str]:
+    return {
+        table: _digest(
+            [(column.name, str(column.python_type), column.nullable) for column in columns_of(record)]
+        )
+        for table, record in CATALOG_TABLES.items()
     }
-    return Sources(hashlib.sha256(text.encode()).hexdigest(), stamps)
 
 
-def _stored_sources(ws: Workspace) -> Sources | None:
+def _digest(content: object) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _stored(ws: Workspace) -> _Stored | None:
     """What the present catalog was made of; None if there is no catalog that can be read."""
     try:
         with read_catalog(ws) as connection:
-            row = connection.execute("SELECT definitions, stamps FROM data.made_of").fetchone()
+            row = connection.execute(
+                "SELECT definitions, columns, stamps, replaced FROM data.made_of"
+            ).fetchone()
     except (StorageError, duckdb.Error):
         return None
-    return None if row is None else Sources(row[0], json.loads(row[1]))
+    return None if row is None else _Stored(Sources(row[0], json.loads(row[1]), json.loads(row[2])), row[3])
 
 
 def _attach(connection: duckdb.DuckDBPyConnection, path: Path, name: str, option: str) -> None:
@@ -129,23 +178,87 @@ def _attach(connection: duckdb.DuckDBPyConnection, path: Path, name: str, option
         ) from fault
 
 
-def _build(ws: Workspace, temp: Path, old: Sources | None, new: Sources) -> None:
-    connection = duckdb.connect()
+def _build(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
+    """Make the catalog in the cheapest way; a damaged old one is found out only when its rows are taken."""
     try:
-        _attach(connection, temp, "catalog", f"STORAGE_VERSION '{STORAGE_VERSION}'")
+        if old is not None and _may_be_changed(old, new):
+            _change_a_copy(ws, temp, old, new)
+        else:
+            _make(ws, temp, old, new)
+    except duckdb.Error:
+        if old is None:
+            raise
+        _remove_database(temp)
+        _make(ws, temp, None, new)
+
+
+def _may_be_changed(old: _Stored, new: Sources) -> bool:
+    """Whether a copy of the old catalog is nearly what is wanted."""
+    if old.sources.definitions != new.definitions:
+        return False
+    replaced = old.replaced + len(_difference(old.sources, new).gone)
+    return replaced <= max(_FEW_FILES, _MOST_REPLACED * len(new.stamps))
+
+
+def _difference(old: Sources, new: Sources) -> _Difference:
+    kept = [file for file, stamp in new.stamps.items() if old.stamps.get(file) == stamp]
+    same = frozenset(kept)
+    return _Difference(
+        gone=[file for file in old.stamps if file not in same],
+        new=[file for file in new.stamps if file not in same],
+        kept=kept,
+    )
+
+
+def _change_a_copy(ws: Workspace, temp: Path, old: _Stored, new: Sources) -> None:
+    """Copy the old catalog and change the rows of the files that changed: most of a large one stays as it is."""
+    difference = _difference(old.sources, new)
+    gone, incoming = _by_table(ws, difference.gone), _by_table(ws, difference.new)
+    with faults_of_the_system(temp):
+        shutil.copyfile(ws.catalog, temp)
+    with _building(temp) as connection:
+        for table in CATALOG_TABLES:
+            if table in gone:
+                remove_rows(connection, table, gone[table])
+            if table in incoming:
+                read_rows_in(connection, table, incoming[table])
+        connection.execute("DELETE FROM data.made_of")
+        _note(connection, new, old.replaced + len(difference.gone))
+
+
+def _make(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
+    """Make a catalog anew; rows of unchanged files come from the old one where a table has the same columns."""
+    difference = _Difference((), tuple(new.stamps), ()) if old is None else _difference(old.sources, new)
+    same = frozenset() if old is None else old.sources.columns.items() & new.columns.items()
+    kept, incoming = _by_table(ws, difference.kept), _by_table(ws, difference.new)
+    with _building(temp) as connection:
         if old is not None:
             _attach(connection, ws.catalog, "old", "READ_ONLY")
-        connection.execute("USE catalog")
-        connection.execute("BEGIN")  # else each of some hundred comments is brought to the disk by itself
         connection.execute("CREATE SCHEMA data")
-        for table in TABLES:
-            _fill_table(connection, ws, table, _unchanged(old, new))
+        for table in CATALOG_TABLES:
+            create_table(connection, table)
+            known = kept.get(table, []) if (table, new.columns[table]) in same else []
+            if known:
+                copy_rows(connection, table, known)
+            others = [] if known else kept.get(table, [])
+            read_rows_in(connection, table, [*others, *incoming.get(table, [])])
         for view in VIEWS:
             create_view(connection, view)
         fill_dictionary(connection)
-        connection.execute("CREATE TABLE data.made_of (definitions VARCHAR, stamps VARCHAR)")
-        stamps = json.dumps(dict(new.stamps))
-        connection.execute("INSERT INTO data.made_of VALUES (?, ?)", [new.definitions, stamps])
+        connection.execute(
+            "CREATE TABLE data.made_of (definitions VARCHAR, columns VARCHAR, stamps VARCHAR, replaced BIGINT)"
+        )
+        _note(connection, new, 0)
+
+
+@contextmanager
+def _building(temp: Path) -> Iterator[duckdb.DuckDBPyConnection]:
+    connection = duckdb.connect()
+    try:
+        _attach(connection, temp, "catalog", f"STORAGE_VERSION '{STORAGE_VERSION}'")
+        connection.execute("USE catalog")
+        connection.execute("BEGIN")  # else each of some hundred comments is brought to the disk by itself
+        yield connection
         connection.execute("COMMIT")
         connection.execute("USE memory")
         connection.execute("DETACH catalog")  # writes everything into the one file
@@ -153,22 +266,18 @@ def _build(ws: Workspace, temp: Path, old: Sources | None, new: Sources) -> None
         connection.close()
 
 
-def _unchanged(old: Sources | None, new: Sources) -> frozenset[str]:
-    """The files whose rows the old catalog holds as they are."""
-    if old is None or old.definitions != new.definitions:
-        return frozenset()
-    return frozenset(file for file, stamp in new.stamps.items() if old.stamps.get(file) == stamp)
+def _by_table(ws: Workspace, files: Sequence[str]) -> dict[str, list[Part]]:
+    parts: dict[str, list[Part]] = {}
+    for file in files:
+        part = part_of(ws, file)
+        parts.setdefault(part.table, []).append(part)
+    return parts
 
 
-def _fill_table(
-    connection: duckdb.DuckDBPyConnection, ws: Workspace, table: str, unchanged: frozenset[str]
-) -> None:
-    create_table(connection, table)
-    files = files_of(ws, table)
-    known = {path for path in files if path.relative_to(ws.tables).as_posix() in unchanged}
-    if known:
-        copy_rows(connection, table, sorted(known))
-    read_rows_in(connection, table, [path for path in files if path not in known])
+def _note(connection: duckdb.DuckDBPyConnection, made_of: Sources, replaced: int) -> None:
+    columns, stamps = json.dumps(dict(made_of.columns)), json.dumps(dict(made_of.stamps))
+    row = [made_of.definitions, columns, stamps, replaced]
+    connection.execute("INSERT INTO data.made_of VALUES (?, ?, ?, ?)", row)
 
 
 def _put_in_place(ws: Workspace, temp: Path) -> None:

@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 from datetime import datetime
-from pathlib import Path
 from typing import Final
 
 import duckdb
 import pyarrow as pa
 
-from storage.parquet import read_table, schema_of
-from storage.records import TABLES, columns_of
-from storage.tables import key_of, part_column
+from storage.catalog_parts import CATALOG_TABLES, Part, key_columns, read_part
+from storage.parquet import schema_of
+from storage.records import columns_of
 from storage.view_definitions import VIEWS, view_definition
 
 _SQL_TYPES: Final = {bool: "BOOLEAN", int: "BIGINT", float: "DOUBLE", str: "VARCHAR", datetime: "TIMESTAMPTZ"}
@@ -18,7 +17,7 @@ _SQL_TYPES: Final = {bool: "BOOLEAN", int: "BIGINT", float: "DOUBLE", str: "VARC
 
 def create_table(connection: duckdb.DuckDBPyConnection, table: str) -> None:
     """Make an empty table of the record class, in the schema ``data``."""
-    fields = list(columns_of(TABLES[table]))
+    fields = list(columns_of(CATALOG_TABLES[table]))
     columns = ", ".join(
         f"{field.name} {_SQL_TYPES[field.python_type]}{'' if field.nullable else ' NOT NULL'}"
         for field in fields
@@ -28,34 +27,32 @@ def create_table(connection: duckdb.DuckDBPyConnection, table: str) -> None:
         _comment(connection, f"COLUMN data.{table}.{field.name}", _in_words(field.meaning, field.unit))
 
 
-def copy_rows(connection: duckdb.DuckDBPyConnection, table: str, files: Sequence[Path]) -> None:
-    """Take over the rows that came from ``files`` from the catalog attached as ``old``."""
-    keys = [key_of(path) for path in files]
-    part = part_column(table)
-    same_part = "" if part is None else f" AND rows.{part} = incoming.part"
-    wanted = pa.table(
-        {"structure": [key.structure for key in keys], "part": [key.epoch for key in keys]},
-        schema=pa.schema({"structure": pa.string(), "part": pa.string()}),
-    )
-    _insert(
-        connection,
-        wanted,
+def copy_rows(connection: duckdb.DuckDBPyConnection, table: str, parts: Sequence[Part]) -> None:
+    """Take over the rows of ``parts`` from the catalog attached as ``old``."""
+    sql = (
         f"INSERT INTO data.{table} SELECT rows.* FROM old.data.{table} AS rows "  # noqa: S608 - names of our own
-        f"SEMI JOIN incoming ON rows.structure = incoming.structure{same_part}",
+        f"SEMI JOIN incoming USING ({', '.join(key_columns(table))})"
     )
+    _insert(connection, _keys(table, parts), sql)
 
 
-def read_rows_in(connection: duckdb.DuckDBPyConnection, table: str, files: Sequence[Path]) -> None:
-    """Read the rows of Parquet files into a table.
+def remove_rows(connection: duckdb.DuckDBPyConnection, table: str, parts: Sequence[Part]) -> None:
+    """Remove the rows of ``parts`` from a table."""
+    columns = key_columns(table)
+    same = " AND ".join(f"data.{table}.{column} = incoming.{column}" for column in columns)
+    _insert(connection, _keys(table, parts), f"DELETE FROM data.{table} USING incoming WHERE {same}")  # noqa: S608
+
+
+def read_rows_in(connection: duckdb.DuckDBPyConnection, table: str, parts: Sequence[Part]) -> None:
+    """Read the rows of files into a table.
 
     Raises
     ------
     StorageError
         If a file is damaged.
     """
-    record = TABLES[table]
-    parts = [read_table(path, table, record) for path in files]
-    content = pa.concat_tables([schema_of(table, record).empty_table(), *parts])
+    empty = schema_of(table, CATALOG_TABLES[table]).empty_table()
+    content = pa.concat_tables([empty, *(read_part(part) for part in parts)])
     _insert(connection, content, f"INSERT INTO data.{table} SELECT * FROM incoming")  # noqa: S608 - as above
 
 
@@ -87,6 +84,12 @@ def fill_dictionary(connection: duckdb.DuckDBPyConnection) -> None:
     ]
     _insert(connection, pa.Table.from_pylist(rows), "INSERT INTO main.data_dictionary SELECT * FROM incoming")
     _comment(connection, "TABLE main.data_dictionary", "a row is a column of a view: its unit and meaning")
+
+
+def _keys(table: str, parts: Sequence[Part]) -> pa.Table:
+    columns = key_columns(table)
+    values = zip(*(part.key for part in parts), strict=True) if parts else [()] * len(columns)
+    return pa.table({name: pa.array(each, pa.string()) for name, each in zip(columns, values, strict=True)})
 
 
 def _insert(connection: duckdb.DuckDBPyConnection, incoming: pa.Table, sql: str) -> None:

@@ -11,8 +11,9 @@ from storage.records import Column
 class ChangeRow:
     """An epoch against the reference epoch of its structure, under one scheme and method.
 
-    The covariance of the difference is the sum of both: what the epochs have in common is not cancelled yet, so
-    it is too large rather than too small.
+    ``basis`` says how it was counted. Where the epochs were compared with what they have in common cancelled, the figures
+    are those of ``change_tests``; where that is not done yet, the covariance is the sum of both, and so too large rather
+    than too small.
     """
 
     structure: Annotated[str, Column("id of the structure")]
@@ -23,17 +24,11 @@ class ChangeRow:
     scheme: Annotated[str, Column("slicing scheme")]
     method: Annotated[str, Column("paper, robust or surface")]
     height_m: Annotated[float, Column("height H at which the change is stated", "m")]
-    d_lean_east: Annotated[float, Column("lean_east minus that of the reference epoch", "1")]
-    d_lean_north: Annotated[float, Column("lean_north minus that of the reference epoch", "1")]
-    d_cov_ee: Annotated[
-        float | None, Column("variance of d_lean_east: the sum of both epochs, conservative", "1")
-    ]
-    d_cov_en: Annotated[
-        float | None, Column("covariance of d_lean_east and d_lean_north: the sum of both epochs", "1")
-    ]
-    d_cov_nn: Annotated[
-        float | None, Column("variance of d_lean_north: the sum of both epochs, conservative", "1")
-    ]
+    d_lean_east: Annotated[float, Column("change of lean_east since the reference epoch", "1")]
+    d_lean_north: Annotated[float, Column("change of lean_north since the reference epoch", "1")]
+    d_cov_ee: Annotated[float | None, Column("variance of d_lean_east", "1")]
+    d_cov_en: Annotated[float | None, Column("covariance of d_lean_east and d_lean_north", "1")]
+    d_cov_nn: Annotated[float | None, Column("variance of d_lean_north", "1")]
     d_top_m: Annotated[float, Column("horizontal movement of the axis at height_m relative to z = 0", "m")]
     sigma_top_m: Annotated[
         float | None,
@@ -50,4 +45,11 @@ class ChangeRow:
     smallest_detectable_m: Annotated[
         float | None,
         Column("movement at height_m that the 1 % test finds in 80 % of cases, in the worst direction", "m"),
+    ]
+    basis: Annotated[
+        str,
+        Column(
+            "free: common parts cancelled; radius held: the same radius profile taken for both epochs besides; sum of both:"
+            " not compared yet, nothing cancelled"
+        ),
     ]

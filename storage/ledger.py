@@ -39,6 +39,17 @@ def append_run(ws: Workspace, run: str, structure: str, rows: Sequence[StageRunR
     return path
 
 
+def is_in_ledger(ws: Workspace, run: str, structure: str) -> bool:
+    """Whether the ledger has a run.
+
+    Raises
+    ------
+    InputError
+        If an id cannot be a file name.
+    """
+    return table_path(ws, RUNS, structure, run).exists()
+
+
 def settings_path(ws: Workspace, digest: str) -> Path:
     """Where the filled-in settings with that digest lie or would lie."""
     return ws.runs / "settings" / f"{digest}.json"

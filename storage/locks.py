@@ -21,6 +21,9 @@ PUBLISH_TIMEOUT_S: Final = 120.0
 EPOCH_TIMEOUT_S: Final = 5.0
 """Longest wait for an epoch that another run processes, which may take an hour: better to say so."""
 
+DELIVERY_TIMEOUT_S: Final = 300.0
+"""Longest wait for another process that sends out alarms; every target has a time limit of its own."""
+
 
 @contextmanager
 def publish_lock(ws: Workspace, timeout_s: float = PUBLISH_TIMEOUT_S) -> Iterator[None]:
@@ -53,6 +56,41 @@ def epoch_lock(
     folder = ws.locks / "epochs" / check_id(structure, "a structure")
     place = folder / f"{check_id(epoch, 'an epoch')}.lock"
     with _held(place, f"epoch {epoch} of {structure} in {ws.root}", timeout_s):
+        yield
+
+
+@contextmanager
+def watch_lock(ws: Workspace, structure: str, inbox: Path) -> Iterator[None]:
+    """Hold the right to take in stations of a structure, and to take files out of an inbox.
+
+    Raises
+    ------
+    StorageError
+        If another watch holds one of them.
+    InputError
+        If the id cannot be a file name.
+    """
+    place = ws.locks / f"watch-{check_id(structure, 'a structure')}.lock"
+    with (
+        _held(place, f"the watch of {structure} in {ws.root}", 0.0),
+        _held(inbox / ".tiltwatch.lock", f"the inbox {inbox}", 0.0),
+    ):
+        yield
+
+
+@contextmanager
+def delivery_lock(ws: Workspace, structure: str, timeout_s: float = DELIVERY_TIMEOUT_S) -> Iterator[None]:
+    """Hold the right to send out what happened to the alarms of a structure, so that nothing is sent twice.
+
+    Raises
+    ------
+    StorageError
+        If another process or thread holds it for longer than ``timeout_s`` seconds.
+    InputError
+        If the id cannot be a file name.
+    """
+    place = ws.locks / "deliveries" / f"{check_id(structure, 'a structure')}.lock"
+    with _held(place, f"the delivery of alarms of {structure} in {ws.root}", timeout_s):
         yield
 
 

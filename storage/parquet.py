@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
 from math import isfinite
 from pathlib import Path
-from typing import Final, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -141,6 +141,15 @@ def stored_row_count(path: Path) -> int:
         return int(file.metadata.num_rows)
 
 
+def is_undamaged(path: Path) -> bool:
+    """Whether every page of a Parquet file can be read and has its checksum, whatever its columns are."""
+    try:
+        _whole_content(path)
+    except StorageError:
+        return False
+    return True
+
+
 def _whole_content(path: Path) -> pa.Table:
     with _damage_told(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
         return file.read()
@@ -186,10 +195,25 @@ def _stored_column(path: Path, content: pa.Table, column: pa.Field) -> pa.Chunke
 
 
 def _checked_column(table: str, field: Field, rows: Sequence[object]) -> list[Value | None]:
+    values = [getattr(row, field.name) for row in rows]
+    if _are_plain(values, field):
+        return values
     return [
-        _checked(getattr(row, field.name), field, f"table {table}, column {field.name}, row {number}")
-        for number, row in enumerate(rows)
+        _checked(value, field, f"table {table}, column {field.name}, row {number}")
+        for number, value in enumerate(values)
     ]
+
+
+def _are_plain(values: Sequence[Any], field: Field) -> bool:
+    """Whether a column needs no closer look: for a hundred thousand rows one value at a time takes seconds."""
+    there = [value for value in values if value is not None]
+    if (len(there) < len(values) and not field.nullable) or not set(map(type, there)) <= {field.python_type}:
+        return False
+    if field.python_type is float:
+        return all(map(isfinite, there))
+    if field.python_type is str:
+        return all(map(str.isascii, there))
+    return field.python_type is bool
 
 
 def _checked(value: object, field: Field, where: str) -> Value | None:

@@ -1,6 +1,7 @@
 """Publish whole epochs: all tables of an epoch change together or not at all, whenever the machine stops."""
 
 import hashlib
+import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +26,7 @@ from storage.locks import publish_lock
 from storage.parquet import encode_rows, read_rows
 from storage.records import TABLES, EpochRow
 from storage.tables import EPOCH_TABLES, EpochKey, table_path
+from storage.versions import keep_replaced, unfinished_archives
 from storage.workspace import Workspace
 
 Step = Callable[[str], None]
@@ -56,8 +58,9 @@ def publish_epoch(
 ) -> bool:
     """Replace all tables of an epoch at once.
 
-    An epoch whose rows are the same but for the run that made them keeps its old files: ``epochs.run`` is the
-    run that published the rows, not the last that confirmed them.
+    An epoch whose rows are the same but for the run that made them, and that run's settings, keeps its old files:
+    ``epochs.run`` and ``epochs.campaign_digest`` are those of the run that published the rows, not of the last that
+    confirmed them. Results that are replaced are kept as a version (``storage.versions``).
 
     Parameters
     ----------
@@ -86,6 +89,7 @@ def publish_epoch(
         contents = {table: encode_rows(table, TABLES[table], tables[table]) for table in EPOCH_TABLES}
         if _is_published(ws, key, contents, tables["epochs"]):
             return False
+        keep_replaced(ws, key, tables, _run_of(tables))
         journal = _written_temps(ws, key, contents, after_step)
         write_journal(ws, journal)
         after_step("journal")
@@ -150,10 +154,12 @@ def stale_temps(ws: Workspace) -> list[Path]:
 
 
 def _sweep(ws: Workspace) -> int:
-    temps = stale_temps(ws)
+    temps, folders = stale_temps(ws), unfinished_archives(ws)
     for temp in temps:
         temp.unlink(missing_ok=True)
-    return len(temps)
+    for folder in folders:
+        shutil.rmtree(folder, ignore_errors=True)
+    return len(temps) + len(folders)
 
 
 def _written_temps(ws: Workspace, key: EpochKey, contents: Mapping[str, bytes], after_step: Step) -> Journal:
@@ -205,12 +211,19 @@ def _differs(path: Path, content: bytes) -> bool:
 
 
 def _under_old_run(path: Path, epochs: Sequence[object]) -> bytes:
+    """The row of the epoch as the run would have made it that published the old one."""
     rows = [row for row in epochs if isinstance(row, EpochRow)]
     try:
-        old_runs = {row.run for row in read_rows(path, "epochs", EpochRow)}
+        old = {(row.run, row.campaign_digest) for row in read_rows(path, "epochs", EpochRow)}
     except StorageError:  # a damaged file differs from any content and is replaced
         return b""
-    return encode_rows("epochs", EpochRow, [replace(row, run=run) for row in rows for run in old_runs])
+    confirmed = [replace(row, run=run, campaign_digest=digest) for row in rows for run, digest in old]
+    return encode_rows("epochs", EpochRow, confirmed)
+
+
+def _run_of(tables: Mapping[str, Sequence[object]]) -> str:
+    """Run that publishes; the tables have one row of the epoch."""
+    return str(getattr(tables["epochs"][0], "run", ""))
 
 
 def _check_tables(key: EpochKey, tables: Mapping[str, Sequence[object]]) -> None:

@@ -7,14 +7,15 @@ from pathlib import Path
 
 import duckdb
 
-from storage.artifacts import has_its_digest
 from storage.catalog import is_current, read_catalog
 from storage.errors import StorageError
 from storage.ledger import read_settings
 from storage.locks import publish_lock
 from storage.parquet import read_rows, stored_row_count
+from storage.places import store_of
 from storage.publish import stale_temps
 from storage.records import TABLES, EpochRow
+from storage.store import Content, Store
 from storage.tables import (
     EPOCH_TABLES,
     SERIES,
@@ -25,11 +26,11 @@ from storage.tables import (
     part_column,
     table_path,
 )
-from storage.verified import is_remembered
+from storage.versions import archive_fault, archived_epochs, unfinished_archives
 from storage.view_definitions import VIEWS
 from storage.workspace import Workspace
 
-Check = Callable[[Workspace, Path], bool]
+Check = Callable[[Store, str, Content], bool]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +58,7 @@ def verify_workspace(ws: Workspace) -> VerifyReport:
     StorageError
         If another process publishes for longer than the lock's time-out.
     """
-    return _verify(ws, lambda ws, path: is_remembered(ws, path) or has_its_digest(ws, path))
+    return _verify(ws, lambda store, name, content: store.is_whole(name, content))
 
 
 def verify_workspace_deeply(ws: Workspace) -> VerifyReport:
@@ -68,20 +69,20 @@ def verify_workspace_deeply(ws: Workspace) -> VerifyReport:
     StorageError
         If another process publishes for longer than the lock's time-out.
     """
-    return _verify(ws, has_its_digest)
+    return _verify(ws, lambda store, name, content: store.is_whole_by_hash(name, content))
 
 
-def _verify(ws: Workspace, is_true_to_digest: Check) -> VerifyReport:
+def _verify(ws: Workspace, is_true: Check) -> VerifyReport:
     with publish_lock(ws):
-        found = [*_left_behind(ws), *_tables(ws), *_epochs(ws), *_catalog(ws)]
-    found += _artifacts(ws, is_true_to_digest)
+        found = [*_left_behind(ws), *_tables(ws), *_epochs(ws), *_versions(ws), *_catalog(ws)]
+    found += _artifacts(ws, is_true)
     return VerifyReport(len(found), tuple(fault for fault in found if fault is not None))
 
 
 def _left_behind(ws: Workspace) -> Iterator[Fault | None]:
     again = "run the campaign again: the next run finishes or sweeps it"
     yield Fault(_at(ws, ws.journal), "a publication did not end", again) if ws.journal.exists() else None
-    for temp in stale_temps(ws):
+    for temp in (*stale_temps(ws), *unfinished_archives(ws)):
         yield Fault(_at(ws, temp), "unfinished file that nobody writes any more", again)
 
 
@@ -115,6 +116,14 @@ def _epochs(ws: Workspace) -> Iterator[Fault | None]:
         what = f"the epoch is not whole: no {', '.join(missing)}"
         yield Fault(str(key), what, "run the epoch again") if missing else None
         yield from _settings(ws, key)
+
+
+def _versions(ws: Workspace) -> Iterator[Fault | None]:
+    """Earlier results, by their digests: they cannot be made again."""
+    for folder in archived_epochs(ws):
+        fault = archive_fault(folder)
+        what_to_do = "restore it from a backup, or move the folder out of the workspace"
+        yield None if fault is None else Fault(_at(ws, folder), fault, what_to_do)
 
 
 def _settings(ws: Workspace, key: EpochKey) -> Iterator[Fault | None]:
@@ -156,20 +165,25 @@ def _count_fault(ws: Workspace, connection: duckdb.DuckDBPyConnection, table: st
     )
 
 
-def _artifacts(ws: Workspace, is_true_to_digest: Check) -> Iterator[Fault | None]:
-    for path in sorted(ws.artifacts.glob("*/*")):
-        if not _is_artifact(path):
-            yield Fault(_at(ws, path), "is not named as an artifact", "move it out of the workspace")
-        elif is_true_to_digest(ws, path):
+def _artifacts(ws: Workspace, is_true: Check) -> Iterator[Fault | None]:
+    store = store_of(ws)
+    for name in store.names("artifacts"):
+        sha256 = _digest_in(name)
+        if name.count("/") == 1:
+            continue  # what the store remembers, beside the folders of artifacts
+        if sha256 is None:
+            yield Fault(name, "is not named as an artifact", "move it out of the workspace")
+        elif is_true(store, name, Content(sha256, store.size(name) or 0)):
             yield None
         else:
             what = "its content does not have the digest that its name says"
-            yield Fault(_at(ws, path), what, "delete it and run again: it is computed anew")
+            yield Fault(name, what, "delete it and run again: it is computed anew")
 
 
-def _is_artifact(path: Path) -> bool:
-    named = re.fullmatch(r"([0-9a-f]{2})[0-9a-f]{62}\.[a-z0-9]{1,16}", path.name)
-    return named is not None and named[1] == path.parent.name
+def _digest_in(name: str) -> str | None:
+    """SHA-256 in the name of an artifact; None where it is named otherwise."""
+    named = re.fullmatch(r"artifacts/([0-9a-f]{2})/(\1[0-9a-f]{62})\.[a-z0-9]{1,16}", name)
+    return None if named is None else named[2]
 
 
 def _at(ws: Workspace, path: Path) -> str:

@@ -8,6 +8,7 @@ from storage.change import ChangeRow
 from storage.errors import UsageError
 from storage.records import TABLES, AlarmRow, EpochRow
 from storage.surface_change import SurfaceChangeRow
+from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
 
 VIEWS: Final[dict[str, type]] = {
     **TABLES,
@@ -15,6 +16,9 @@ VIEWS: Final[dict[str, type]] = {
     "changes": ChangeRow,
     "surface_changes": SurfaceChangeRow,
     "latest": EpochRow,
+    "versions": VersionRow,
+    "version_tilt": VersionTiltRow,
+    "version_changes": VersionChangeRow,
 }
 """View name to the record class that states its columns, units and meanings."""
 

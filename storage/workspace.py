@@ -14,9 +14,19 @@ SCHEMA_VERSION: Final = 1
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """A folder that holds the artifacts, records, tables and catalog of campaigns."""
+    """A folder that holds the artifacts, records, tables and catalog of campaigns.
+
+    Artifacts and records of stages may lie in a store elsewhere, for workers on other machines.
+    """
 
     root: Path
+    store: str | None = None
+    """Place of that store (``storage.places``); None where they lie in the folder itself."""
+
+    @property
+    def place(self) -> str:
+        """Where a stage finds artifacts and records: the store, or the folder."""
+        return self.store or str(self.root)
 
     @property
     def artifacts(self) -> Path:
@@ -34,6 +44,11 @@ class Workspace:
         return self.root / "tables"
 
     @property
+    def versions(self) -> Path:
+        """Tables of epochs as they were published before; kept, they cannot be made again."""
+        return self.root / "versions"
+
+    @property
     def runs(self) -> Path:
         """What belongs to runs: the filled-in settings."""
         return self.root / "runs"
@@ -47,6 +62,16 @@ class Workspace:
     def locks(self) -> Path:
         """Lock files; they may be deleted when nothing runs."""
         return self.root / "locks"
+
+    @property
+    def intake(self) -> Path:
+        """Epochs that were taken in from an inbox, one file each; kept, they cannot be made again."""
+        return self.root / "intake"
+
+    @property
+    def previews(self) -> Path:
+        """What could be told of an epoch while its stations came in."""
+        return self.root / "previews"
 
     @property
     def tmp(self) -> Path:

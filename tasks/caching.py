@@ -8,13 +8,13 @@ trust a record whose artifacts are damaged. This policy does none of it (docs/de
 """
 
 import hashlib
+import importlib
 import json
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from pathlib import Path
 from typing import Any, Final
 
 from prefect import Task
@@ -24,6 +24,7 @@ from prefect.serializers import JSONSerializer
 
 from storage.artifacts import is_whole
 from storage.errors import InputError
+from storage.places import store_of, workspace_at
 from storage.workspace import Workspace
 from tasks.code_version import code_version
 from tasks.geometry.failure import FitFailure
@@ -48,7 +49,7 @@ class StageKey(CachePolicy):
     ) -> str:
         """Compute the key and make sure that no damaged record lies under it."""
         key = stage_key(self.stage, task_ctx.task.fn, inputs)
-        set_aside_if_damaged(Workspace(Path(inputs["workspace"])), key)
+        set_aside_if_damaged(workspace_at(inputs["workspace"]), key)
         return key
 
 
@@ -68,16 +69,21 @@ def stage_key(stage: str, function: Callable[..., object], inputs: dict[str, Any
 
 def set_aside_if_damaged(workspace: Workspace, key: str) -> None:
     """Rename the record under ``key`` to .bad if it is torn, or if one of its artifacts is not whole."""
-    record = workspace.records / key
-    if not record.exists():
-        return
-    if not _is_sound(workspace, record):
-        record.replace(record.with_name(f"{key}.bad"))
+    store = store_of(workspace)
+    record = store.get(record_name(key))
+    if record is not None and not _is_sound(workspace, record):
+        store.put(f"{record_name(key)}.bad", record)
+        store.remove(record_name(key))
 
 
-def _is_sound(workspace: Workspace, record: Path) -> bool:
+def record_name(key: str) -> str:
+    """What the store calls the record under a key."""
+    return f"records/{key}"
+
+
+def _is_sound(workspace: Workspace, record: bytes) -> bool:
     try:
-        produced = record_result(record.read_bytes())
+        produced = record_result(record)
     except ValueError:
         return False
     return all(is_whole(workspace, ref) for ref in produced.artifacts.values())
@@ -86,7 +92,29 @@ def _is_sound(workspace: Workspace, record: Path) -> bool:
 StageBody = Callable[..., Outcome | FitFailure]
 
 
-def stage(name: str) -> Callable[[StageBody], Task[..., Any]]:
+class Stage(Task[..., Any]):
+    """A cached task; to a worker it is sent by its name, and the worker runs the code that it has itself."""
+
+    def __reduce__(self) -> tuple[Callable[[str, str, bool], "Stage"], tuple[str, str, bool]]:
+        """Name the module and the variable that hold it.
+
+        Sent by value, its code would be a new function with every call, whose version must be found anew.
+        """
+        return stage_named, (self.fn.__module__, self.fn.__qualname__, bool(self.refresh_cache))
+
+
+def stage_named(module: str, name: str, refresh: bool) -> Stage:
+    """Find a stage by the module and the variable that hold it."""
+    found: Stage = getattr(importlib.import_module(module), name)
+    return anew(found) if refresh else found
+
+
+def anew(stage: Task[..., Any]) -> Stage:
+    """Make the same stage, but computed whatever is stored; its record is replaced."""
+    return _made(stage.fn, stage.name, refresh_cache=True)
+
+
+def stage(name: str) -> Callable[[StageBody], Stage]:
     """Make a cached Prefect task of a function on plain JSON arguments.
 
     Bad input and data that cannot be fitted become a refusal in the record: they are results, and are
@@ -94,23 +122,27 @@ def stage(name: str) -> Callable[[StageBody], Task[..., Any]]:
     the system is, because it is not to be cached.
     """
 
-    def decorate(body: StageBody) -> Task[..., Any]:
+    def decorate(body: StageBody) -> Stage:
         @wraps(body)
         def run(*args: Any, **kwargs: Any) -> dict[str, Json]:
             return _carry_out(body, *args, **kwargs).to_json()
 
-        made: Task[..., Any] = Task(
-            run,
-            name=name,
-            cache_policy=StageKey(stage=name),
-            persist_result=True,
-            # no object hooks: a record may hold plain JSON and nothing that is imported on reading
-            result_serializer=JSONSerializer(object_encoder=None, object_decoder=None),
-            cache_result_in_memory=False,
-        )
-        return made
+        return _made(run, name)
 
     return decorate
+
+
+def _made(run: Callable[..., Any], name: str, *, refresh_cache: bool | None = None) -> Stage:
+    return Stage(
+        run,
+        name=name,
+        cache_policy=StageKey(stage=name),
+        persist_result=True,
+        # no object hooks: a record may hold plain JSON and nothing that is imported on reading
+        result_serializer=JSONSerializer(object_encoder=None, object_decoder=None),
+        cache_result_in_memory=False,
+        refresh_cache=refresh_cache,
+    )
 
 
 def _carry_out(body: StageBody, *args: Any, **kwargs: Any) -> Produced:

@@ -1,5 +1,6 @@
 """The state of a structure in an epoch: what was found, against which limit, how it changed, how good the data are."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
@@ -101,11 +102,44 @@ def conditions(workspace: Workspace, structure: str, primary: tuple[str, str]) -
         for row in change_rows(workspace, structure)
         if (row.scheme, row.method) == scheme_method
     }
-    alarms = [row for row in alarm_rows(workspace, structure) if row.state in ACTIVE_ALARMS]
+    alarms = [row for row in alarm_rows(workspace, structure) if is_active(row)]
+    epochs = epoch_rows(workspace, structure)
     return [
-        _condition(epoch, scheme_method, tilts.get(epoch.epoch), changes.get(epoch.epoch), alarms)
-        for epoch in epoch_rows(workspace, structure)
+        _condition(
+            epoch,
+            scheme_method,
+            tilts.get(epoch.epoch),
+            changes.get(epoch.epoch),
+            # what lasts concerns the present, whichever epoch its value is of
+            alarms if epoch is epochs[-1] else [alarm for alarm in alarms if alarm.epoch == epoch.epoch],
+        )
+        for epoch in epochs
     ]
+
+
+def is_active(alarm: AlarmRow) -> bool:
+    """Whether an alarm counts: neither eased nor muted nor closed."""
+    return alarm.state in ACTIVE_ALARMS and alarm.eased_at is None
+
+
+def level_of(alarms: Sequence[AlarmRow]) -> Level:
+    """The gravest of the alarms that count."""
+    return max(
+        (_BY_SEVERITY.get(alarm.severity, Level.OK) for alarm in alarms if is_active(alarm)), default=Level.OK
+    )
+
+
+def sorted_alarms(alarms: Sequence[AlarmRow]) -> list[AlarmRow]:
+    """The active ones first, in them the gravest, in these the newest."""
+    newest_first = sorted(alarms, key=lambda alarm: alarm.raised_at, reverse=True)
+    return sorted(
+        newest_first,
+        key=lambda alarm: (
+            not is_active(alarm),
+            alarm.state == "closed",
+            -_BY_SEVERITY.get(alarm.severity, Level.OK),
+        ),
+    )
 
 
 def _condition(
@@ -117,8 +151,10 @@ def _condition(
 ) -> Condition:
     reasons = [*_quality(epoch, primary, tilt), *_verdict(tilt), *_moved(change)]
     for alarm in alarms:
-        if alarm.epoch == epoch.epoch and alarm.severity in _BY_SEVERITY:
-            reasons.append(Reason(_BY_SEVERITY[alarm.severity], f"rule {alarm.rule}"))
+        if alarm.severity in _BY_SEVERITY:
+            at = f" (epoch {alarm.epoch})" if alarm.epoch else ""
+            told = f": {alarm.what}" if alarm.what else ""
+            reasons.append(Reason(_BY_SEVERITY[alarm.severity], f"rule {alarm.rule}{at}{told}"))
     return Condition(epoch, primary, tilt, change, tuple(reasons))
 
 

@@ -3,29 +3,39 @@
 import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from storage.records import ReferenceLeanRow, TiltRow
-from storage.views import ChangeRow, reference_lean_rows, tilt_rows
+from storage.errors import StorageError
+from storage.records import ChangeTestRow, ReferenceLeanRow
+from storage.views import epoch_rows, reference_lean_rows
 from storage.workspace import Workspace
-from tasks.accuracy import SIGNIFICANT_P, LeanDifference, lean_difference
+from tasks.accuracy import SIGNIFICANT_P
+from tasks.change_rows import change_test_rows_of
+from tasks.code_version import code_version
+from tasks.epoch_record import load_epoch_record, reference_epoch
 from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 
 
-def epoch_differences(workspace: Workspace, structure: str, epoch: str, reference: str) -> list[ChangeRow]:
-    """Compare two epochs under every scheme and method that both have.
+def epoch_tests(workspace: Workspace, structure: str, epoch: str, reference: str) -> list[ChangeTestRow]:
+    """Compare two epochs, quantity by quantity, under every scheme and method that both have.
 
-    The covariance of a difference is the sum of both: what the epochs share (pillars, the scanner's own errors)
-    is not cancelled, so the test errs on the side of no change.
+    What the epochs have in common is cancelled: the form of the wall as far as both saw the same of it, and the frame that
+    stable surroundings brought along.
 
     Raises
     ------
     StorageError
-        If the catalog cannot be read.
+        If the catalog cannot be read, or one of the epochs is not stored.
     """
-    before = {(row.scheme, row.method): row for row in tilt_rows(workspace, structure, reference)}
-    after = tilt_rows(workspace, structure, epoch)
-    return [_difference(row, base) for row in after if (base := before.get((row.scheme, row.method)))]
+    rows = {row.epoch: row for row in epoch_rows(workspace, structure)}
+    for name in (epoch, reference):
+        if name not in rows:
+            raise StorageError(f"epoch {name} of {structure} is not stored yet; `tiltwatch run` processes it")
+    counted_from = reference_epoch(list(rows.values()))
+    return change_test_rows_of(
+        load_epoch_record(workspace, rows[reference]),
+        load_epoch_record(workspace, rows[epoch]),
+        code_version(change_test_rows_of),
+        before_is_reference=counted_from is not None and counted_from.epoch == reference,
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,43 +88,3 @@ def _reference_change(later: ReferenceLeanRow, base: ReferenceLeanRow) -> Refere
         significant=p_value < SIGNIFICANT_P,
         smallest_detectable_m=height_m * DETECTABLE_FACTOR * sigma,
     )
-
-
-def _tested(later: TiltRow, base: TiltRow) -> LeanDifference:
-    ee = _sum(later.lean_cov_ee, base.lean_cov_ee)
-    en = _sum(later.lean_cov_en, base.lean_cov_en)
-    nn = _sum(later.lean_cov_nn, base.lean_cov_nn)
-    d = np.array([later.lean_east - base.lean_east, later.lean_north - base.lean_north])
-    known = ee is not None and en is not None and nn is not None
-    return lean_difference(d, np.array([[ee, en], [en, nn]], dtype=np.float64) if known else None)
-
-
-def _difference(later: TiltRow, base: TiltRow) -> ChangeRow:
-    test = _tested(later, base)
-    ee, en, nn = test.variances
-    height_m = later.height_m
-    return ChangeRow(
-        structure=later.structure,
-        epoch=later.epoch,
-        epoch_time=later.epoch_time,
-        reference_epoch=base.epoch,
-        reference_time=base.epoch_time,
-        scheme=later.scheme,
-        method=later.method,
-        height_m=height_m,
-        d_lean_east=float(test.difference[0]),
-        d_lean_north=float(test.difference[1]),
-        d_cov_ee=ee,
-        d_cov_en=en,
-        d_cov_nn=nn,
-        d_top_m=height_m * test.size,
-        sigma_top_m=None if test.sigma is None else height_m * test.sigma,
-        chi2=test.chi2,
-        p_value=test.p_value,
-        significant=test.significant,
-        smallest_detectable_m=None if test.largest is None else height_m * DETECTABLE_FACTOR * test.largest,
-    )
-
-
-def _sum(first: float | None, second: float | None) -> float | None:
-    return None if first is None or second is None else first + second

@@ -9,7 +9,7 @@ from storage.records import AccuracyRow, TiltRow
 from tasks.accuracy import Control, accuracy_rows, control_of_lean, control_of_scheme
 from tasks.geometry.failure import FitFailure
 from tasks.lean import Lean
-from tasks.limits import LimitTable, table_named, table_of_points
+from tasks.limits import LimitTable, MissingLimit
 from tasks.tilt_rows import RowHome, tilt_row
 
 
@@ -27,14 +27,15 @@ class ReferenceLean:
 class Standard:
     """What an epoch is measured against: height of the deviation, limit, control.
 
+    ``limit`` gives the verdict of the tilt table, None where the campaign names none; ``also`` are judged beside it.
     ``control`` is (scheme, method), or (source,) of a reference measurement.
     """
 
     height_m: float
-    limit_table: str | None
-    limit_points_m: tuple[tuple[float, float], ...] | None
+    limit: LimitTable | MissingLimit | None
     control: tuple[str, ...]
     references: tuple[ReferenceLean, ...]
+    also: tuple[LimitTable | MissingLimit, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,20 +73,13 @@ class Evaluation:
 
 
 def evaluate(occasion: Occasion, leans: Sequence[NamedLean], standard: Standard) -> Evaluation:
-    """Make the rows of an epoch.
-
-    Raises
-    ------
-    InputError
-        If the limit table is not known.
-    """
-    limit = limit_of(standard)
+    """Make the rows of an epoch."""
     tilt = tuple(
         tilt_row(
             RowHome(**asdict(occasion), scheme=named.scheme, method=named.method),
             named.lean,
             standard.height_m,
-            limit,
+            standard.limit,
         )
         for named in leans
     )
@@ -98,13 +92,6 @@ def compare_with_control(tilt: Sequence[TiltRow], standard: Standard) -> Compari
     if isinstance(control, FitFailure):
         return Comparison((), control.reason)
     return Comparison(tuple(accuracy_rows(tilt, control)), None)
-
-
-def limit_of(standard: Standard) -> LimitTable | None:
-    """The limit of the campaign: its own points win over a shipped table; None where it has neither."""
-    if standard.limit_points_m is not None:
-        return table_of_points(standard.limit_points_m)
-    return None if standard.limit_table is None else table_named(standard.limit_table)
 
 
 def _control(rows: Sequence[TiltRow], standard: Standard) -> Control | FitFailure:

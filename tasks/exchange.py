@@ -1,10 +1,12 @@
 """Plain JSON for the dataclasses that travel between stages, and back: exact to the last bit.
 
-Only what the stages use is known: dataclasses, arrays of float64, tuples, numbers, text, None.
+Only what the stages use is known: dataclasses, arrays of float64, tuples, numbers, text, words of an enumeration, None.
+Of several dataclasses that a field may hold, the names of their fields tell which one it was.
 """
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
+from enum import StrEnum
 from types import NoneType, UnionType
 from typing import Any, Final, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -26,6 +28,8 @@ def plain(value: object) -> Json:
     TypeError
         If the value, or a part of it, is of a kind that does not travel.
     """
+    if isinstance(value, StrEnum):
+        return str(value)
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.ndarray):
@@ -57,7 +61,7 @@ def rebuild(kind: type[T], value: object) -> T:
 def _of_hint(hint: Any, value: object) -> object:
     origin, inner = get_origin(hint), get_args(hint)
     if origin in (Union, UnionType):
-        return None if value is None else _of_hint(next(t for t in inner if t is not NoneType), value)
+        return None if value is None else _of_hint(_member(inner, value), value)
     if origin in (np.ndarray, NDArray):
         return np.array(value, dtype=np.float64)
     if origin is tuple:
@@ -68,4 +72,15 @@ def _of_hint(hint: Any, value: object) -> object:
         return rebuild(cast("type", hint), value)
     if origin is Literal or hint in PLAIN_KINDS:
         return value
+    if isinstance(hint, type) and issubclass(hint, StrEnum):
+        return hint(str(value))
     raise TypeError(f"a field of type {hint} does not travel between stages")
+
+
+def _member(inner: tuple[Any, ...], value: object) -> Any:
+    """The member of a union that a value was: the dataclass with these fields, else the first that is not None."""
+    members = [member for member in inner if member is not NoneType]
+    if not isinstance(value, Mapping):
+        return members[0]
+    fitting = (m for m in members if is_dataclass(m) and {field.name for field in fields(m)} == set(value))
+    return next(fitting, members[0])

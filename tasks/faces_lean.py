@@ -76,17 +76,17 @@ def _lean(
         moved_by_poses(sums, levers(z_m, weights), positions_m) for levers in (leverage, base_leverage)
     )
     poses = by_poses @ registration.covariance @ by_poses.T
-    propagated = combine(fit.lean_covariance, poses)
+    propagated = combine(fit.lean_covariance + fit.form_covariance, poses)
     stated = state_covariance(propagated, changes_without_each(sums, z_m, weights))
     # of the line at z = 0 only what the lean does to it: the middle is far better known
-    base = fit.lean_covariance * float(fit.middle_m[2]) ** 2
+    base = (fit.lean_covariance + fit.form_covariance) * float(fit.middle_m[2]) ** 2
     line = FittedLine(fit.middle_m, fit.lean, fit.lean_covariance, fit.iterations)
     return Lean(
         axis=replace(axis_of_bands(line, sections, fit.bending_m), warning=fit.assumption),
         lean=fit.lean,
         covariance=stated.covariance,
         point_covariance=fit.lean_covariance,
-        form_covariance=np.zeros((2, 2)),
+        form_covariance=fit.form_covariance,
         propagated=propagated,
         jackknife=stated.jackknife,
         bootstrap=None,

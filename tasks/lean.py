@@ -11,6 +11,7 @@ from tasks.axis import LEAST_FOR_BENDING, Axis, AxisCurve, fit_axis
 from tasks.axis.centres import Centres
 from tasks.axis.cone_cut import take_out_cone_cut
 from tasks.axis.line import direction_of_lean
+from tasks.geometry.axis_parameters import LEAN, AxisParameters, as_stated
 from tasks.geometry.failure import FitFailure
 from tasks.methods import Method
 from tasks.preprocessing import ShaftModel
@@ -18,12 +19,16 @@ from tasks.registration import Registration
 from tasks.sections import centres_of
 from tasks.tilt import lean_of_direction
 from tasks.uncertainty import (
+    PlacedStations,
+    SlicedShaft,
     Source,
     base_leverage,
     bootstrap_slices,
     changes_without_each,
     combine,
     form_of_slices,
+    joint_parts,
+    joint_slices,
     leverage,
     moved_by_poses,
     pose_jacobian,
@@ -61,6 +66,8 @@ class Lean:
         What the lean was divided by, because the shaft is round across its axis and was cut in the horizontal.
     base_covariance : (2, 2) array or None
         Covariance of the axis at z = 0 from points, form and poses, square metres.
+    parameters : AxisParameters or None
+        Axis and radius with their joint covariance, for comparing epochs; None where the radii are unknown.
     """
 
     axis: Axis
@@ -77,6 +84,7 @@ class Lean:
     n_centres: int
     cone_factor: float | None = None
     base_covariance: NDArray[np.float64] | None = None
+    parameters: AxisParameters | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,18 +92,20 @@ class StationEvidence:
     """What the stations say of the slices.
 
     ``sums`` (m, s, 3, 10) are those of every slice (``tasks.uncertainty.sum_by_station``), ``positions_m`` (s, 3) the
-    stations in the site frame, ``pose_covariance`` (6 s, 6 s) that of their poses.
+    stations in the site frame, ``pose_covariance`` (6 s, 6 s) that of their poses and ``frame_covariance`` the part of it
+    that the frame of the reference epoch brings along, or None.
     """
 
     sums: NDArray[np.float64]
     positions_m: NDArray[np.float64]
     pose_covariance: NDArray[np.float64]
+    frame_covariance: NDArray[np.float64] | None = None
 
 
 def evidence_of(sums: NDArray[np.float64], registration: Registration) -> StationEvidence:
     """Put the sums of the slices together with where the stations stood."""
     positions_m = np.array([pose.position_m for pose in registration.poses])
-    return StationEvidence(sums, positions_m, registration.covariance)
+    return StationEvidence(sums, positions_m, registration.covariance, registration.frame_covariance)
 
 
 def lean_of_sections(
@@ -119,6 +129,7 @@ def lean_of_sections(
     form = form_of_slices(centres_m, leverage(centres_m[:, 2], axis.levers), axis.lean_covariance)
     propagated = combine(axis.lean_covariance + form, jacobian @ stations.pose_covariance @ jacobian.T)
     stated = state_covariance(propagated, changes_without_each(sums, centres_m[:, 2], axis.levers))
+    joint = _joint(sections, Centres(centres_m, covariances_m2), axis, sums)
     return Lean(
         axis=axis,
         lean=lean_of_direction(axis.direction),
@@ -133,7 +144,41 @@ def lean_of_sections(
         n_slices=len(sections),
         n_centres=len(centres_m),
         base_covariance=_base_covariance(axis, Centres(centres_m, covariances_m2), sums, stations),
+        parameters=None if joint is None else _parameters(joint, axis, stations, stated.covariance, form),
     )
+
+
+def _joint(
+    sections: Sequence[SectionFit], centres: Centres, axis: Axis, sums: NDArray[np.float64]
+) -> SlicedShaft | None:
+    """The slices as axis and radius are taken out of them; None where the method states no radius."""
+    good = [section for section in sections if section.state == "ok"]
+    radii = [section.radius_m for section in good if section.radius_m is not None]
+    if len(radii) < len(good):
+        return None
+    low = min(section.z_m - section.thickness_m / 2.0 for section in sections)
+    high = max(section.z_m + section.thickness_m / 2.0 for section in sections)
+    return SlicedShaft(
+        centres.points_m, centres.covariances_m2, np.array(radii), axis.levers, sums, (low, high)
+    )
+
+
+def _parameters(
+    shaft: SlicedShaft,
+    axis: Axis,
+    stations: StationEvidence,
+    stated: NDArray[np.float64],
+    form: NDArray[np.float64],
+) -> AxisParameters:
+    """Axis and radius with a joint covariance in which the lean has the one that is stated."""
+    found = joint_slices(shaft)
+    poses = PlacedStations(stations.positions_m, stations.pose_covariance, stations.frame_covariance)
+    share = float(np.trace(form) / np.trace(axis.lean_covariance))
+    parts = joint_parts(shaft, found.rows, poses, share)
+    values = found.values.copy()
+    values[:2] = axis.point_m[:2] - axis.point_m[2] * axis.lean
+    values[2:4] = axis.lean
+    return as_stated(found.names, values, parts, stated, form)
 
 
 def _base_covariance(
@@ -172,6 +217,7 @@ def without_cone(lean: Lean, taper: float) -> Lean:
         form_covariance=lean.form_covariance / square,
         propagated=lean.propagated / square,
         jackknife=None if lean.jackknife is None else lean.jackknife / square,
+        parameters=None if lean.parameters is None else lean.parameters.scaled(LEAN, 1.0 / factor),
         bootstrap=None if lean.bootstrap is None else lean.bootstrap / square,
         cone_factor=factor,
     )

@@ -10,6 +10,7 @@ import numpy as np
 from storage.errors import InputError
 from tasks.evaluation import Occasion, ReferenceLean, Standard
 from tasks.ingest import ScanRequest
+from tasks.limit_choice import further_limits, primary_limit
 from tasks.map_shapes import DesignedShape
 from tasks.methods import Method, methods_of, needs_sights, suited_to
 from tasks.preprocessing import ShaftOptions, StructurePrior
@@ -233,10 +234,10 @@ def plan_standard(campaign: Campaign, epoch: Epoch) -> Standard:
     control = campaign.report.control
     return Standard(
         height_m=campaign.structure.height_m,
-        limit_table=campaign.limits.table,
-        limit_points_m=campaign.limits.verticality_m,
+        limit=primary_limit(campaign, epoch.time),
         control=(control,) if isinstance(control, str) else tuple(control),
         references=plan_references(epoch),
+        also=further_limits(campaign, epoch.time),
     )
 
 

@@ -22,13 +22,17 @@ from storage.records import (
     StationRow,
     SurfaceMapRow,
     TiltRow,
+    VerdictRow,
 )
 from storage.tables import table_path
 from storage.workspace import Workspace
 from tasks.evaluation import Standard, compare_with_control
+from tasks.verdict_rows import verdict_rows
 
 Row = TypeVar("Row")
-SchemeKeyed = TypeVar("SchemeKeyed", bound=SliceRow | TiltRow | SchemeRow)
+SchemeKeyed = TypeVar(
+    "SchemeKeyed", bound=SliceRow | TiltRow | SchemeRow | AxisParameterRow | AxisCovarianceRow
+)
 
 RANK: Final = {"failed": 0, "degraded": 1, "ok": 2}
 
@@ -50,6 +54,7 @@ class EpochTables:
     scheme_comparison: Sequence[SchemeComparisonRow] = ()
     axis_parameters: Sequence[AxisParameterRow] = ()
     axis_covariances: Sequence[AxisCovarianceRow] = ()
+    verdicts: Sequence[VerdictRow] = ()
     surface_map: Sequence[SurfaceMapRow] | None = None
     """None where the scheme that it rests on was not asked for."""
 
@@ -70,6 +75,7 @@ class EpochTables:
             "scheme_comparison": self.scheme_comparison,
             "axis_parameters": self.axis_parameters,
             "axis_covariances": self.axis_covariances,
+            "verdicts": self.verdicts,
         }
 
 
@@ -123,7 +129,10 @@ def with_other_schemes(workspace: Workspace, tables: EpochTables, standard: Stan
         slices=others.beside("slices", SliceRow, tables.slices),
         tilt=tilt,
         schemes=others.beside("schemes", SchemeRow, tables.schemes),
+        axis_parameters=others.beside("axis_parameters", AxisParameterRow, tables.axis_parameters),
+        axis_covariances=others.beside("axis_covariances", AxisCovarianceRow, tables.axis_covariances),
         accuracy=compare_with_control(tilt, standard).accuracy,
+        verdicts=verdict_rows(tilt, standard),
         surface_map=_whole_rows(workspace, "surface_map", tables.epoch, SurfaceMapRow)
         if tables.surface_map is None
         else tables.surface_map,

@@ -82,7 +82,7 @@ def _write_epochs(folder: Path, request: SimulatedCampaignRequest) -> list[str]:
         for station in stations:
             truths.append(station_truth(station))
             _write_laz(home / truths[-1].file, station.scan.points_m, epoch.time)
-        _write_json(home / TRUTH_FILE, asdict(epoch_truth(request, epoch, truths)))
+        _write_json(home / TRUTH_FILE, epoch_truth(request, epoch, truths).as_json())
         texts.append(campaign_epoch(epoch, truths))
     return texts
 
@@ -114,7 +114,7 @@ def _file_names(epochs: int, stations: int) -> list[str]:
 def _code_digest() -> str:
     """Digest of the code that simulates: other code writes the campaign again."""
     here = Path(__file__)
-    files = [here, here.parent / "conventions.py", *sorted((here.parent / "simulation").glob("*.py"))]
+    files = [here, here.parent / "conventions.py", *sorted((here.parent / "simulation").rglob("*.py"))]
     text = "\0".join(file.name + "\0" + file.read_text(encoding="utf-8") for file in files)
     return hashlib.sha256(text.encode()).hexdigest()
 

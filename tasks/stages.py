@@ -12,7 +12,9 @@ import numpy as np
 
 from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
 from storage.errors import InputError
+from storage.places import workspace_at
 from storage.records import AccuracyRow, CoverageCell, SectionFit, SurfaceMapCell, TiltRow
+from storage.scan_files import scan_at
 from storage.workspace import Workspace
 from tasks.caching import lasting, stage
 from tasks.conventions import azimuth_deg
@@ -53,17 +55,14 @@ JsonRef = dict[str, Json]
 
 @stage("ingest")
 def ingest_scan(
-    workspace: str,
-    path: str,
-    digest: str,  # noqa: ARG001 - stands for the bytes in the cache key
-    suffix: str,  # noqa: ARG001 - says which reader takes them
-    request: dict[str, Json],
+    workspace: str, path: str, digest: str, suffix: str, request: dict[str, Json]
 ) -> Outcome | FitFailure:
     """Read a scan file; why it is refused is said without its path, which another file of these bytes has not."""
+    here = scan_at(_at(workspace), Path(path), digest, suffix)
     try:
-        scan = read_scan(Path(path), rebuild(ScanRequest, request))
+        scan = read_scan(here, rebuild(ScanRequest, request))
     except InputError as fault:
-        return FitFailure(str(lasting(fault)).removeprefix(f"{path}: "))
+        return FitFailure(str(lasting(fault)).removeprefix(f"{here}: "))
     ref = put_array(_at(workspace), "scan", scan.points_m)
     facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes), **_pose_facts(scan)}
     return Outcome({"points": ref}, facts, len(scan.points_m))
@@ -287,7 +286,7 @@ def evaluate_epoch(
 
 
 def _at(workspace: str) -> Workspace:
-    return Workspace(Path(workspace))
+    return workspace_at(workspace)
 
 
 def _array(workspace: str, ref: JsonRef) -> Any:

@@ -63,11 +63,26 @@ def design_survey(file: PlanFile | Campaign, epoch: str | None = None) -> Design
         If the structure is not round, the scheme cannot be planned, no epoch states where its stations stand, or one
         of them stands in the shaft.
     """
-    if file.structure.kind == "square-tower":
-        raise InputError("a plan needs a round shaft, structure.kind is 'square-tower'")
+    _check_kind(file.structure)
     design = _planned(file) if isinstance(file, PlanFile) else _repeated(file, epoch)
     _check_distances(design.survey)
     return design
+
+
+def survey_of_sites(campaign: Campaign, sites: tuple[Site, ...]) -> Survey:
+    """Put together the survey of a campaign's structure from stations at these sites.
+
+    What a campaign file does not state (spacing, roughness) has the default of [plan].
+
+    Raises
+    ------
+    InputError
+        If the structure is not round, the scheme cannot be planned, or a station stands in the shaft.
+    """
+    _check_kind(campaign.structure)
+    survey = _usual_survey(campaign, sites)
+    _check_distances(survey)
+    return survey
 
 
 def with_points(design: Design, points_per_station: int) -> Design:
@@ -91,20 +106,30 @@ def _planned(file: PlanFile) -> Design:
 
 
 def _repeated(file: Campaign, epoch: str | None) -> Design:
-    taken, usual = _stated_epoch(file, epoch), ScanConditions()
+    taken = _stated_epoch(file, epoch)
     sites = tuple(
         Site(station.id, file.frame.site_position_m(station.position_m))
         for station in taken.stations
         if station.position_m is not None
     )
-    shaft = _shaft(file.structure, file.frame, usual.lean)
     primary = file.report.primary
-    scheme = plan_axes(file, primary[:1])[0].scheme
-    bands = _bands(scheme, primary[1], shaft)
-    scanning, errors = _scanner(file.instrument, usual)
-    errors = replace(errors, levels=_levels(scheme))
-    survey = _survey(Survey(shaft, bands, sites, scanning, errors), usual)
+    survey = _usual_survey(file, sites)
     return Design(file.structure.title, file.structure.height_m, taken.id, primary, survey)
+
+
+def _usual_survey(campaign: Campaign, sites: tuple[Site, ...]) -> Survey:
+    usual, primary = ScanConditions(), campaign.report.primary
+    shaft = _shaft(campaign.structure, campaign.frame, usual.lean)
+    scheme = plan_axes(campaign, primary[:1])[0].scheme
+    bands = _bands(scheme, primary[1], shaft)
+    scanning, errors = _scanner(campaign.instrument, usual)
+    errors = replace(errors, levels=_levels(scheme))
+    return _survey(Survey(shaft, bands, sites, scanning, errors), usual)
+
+
+def _check_kind(structure: Structure) -> None:
+    if structure.kind == "square-tower":
+        raise InputError("a plan needs a round shaft, structure.kind is 'square-tower'")
 
 
 def _levels(scheme: SlicingScheme) -> Levels:

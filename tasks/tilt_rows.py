@@ -10,7 +10,7 @@ from storage.records import TiltRow
 from tasks.axis import Axis
 from tasks.geometry.plane_vectors import DETECTABLE_FACTOR
 from tasks.lean import Lean
-from tasks.limits import LimitTable, verdict
+from tasks.limits import LimitTable, MissingLimit, verdict
 from tasks.tilt import TiltParameters, tilt_parameters
 
 
@@ -58,7 +58,7 @@ class _Form:
     chord_lean_north: float | None = None
 
 
-def tilt_row(home: RowHome, lean: Lean, height_m: float, limit: LimitTable | None) -> TiltRow:
+def tilt_row(home: RowHome, lean: Lean, height_m: float, limit: LimitTable | MissingLimit | None) -> TiltRow:
     """Make the row of an axis, judged by a limit at a height, metres."""
     axis = lean.axis
     figures = tilt_parameters(lean.lean, lean.covariance, height_m)

@@ -12,6 +12,7 @@ from tasks.axis.bending import bending_m
 from tasks.axis.centres import Centres
 from tasks.band_axis import FittedLine, axis_of_bands, band_weights
 from tasks.faces_lean import fit_face_axis
+from tasks.geometry.axis_parameters import as_stated
 from tasks.geometry.failure import FitFailure
 from tasks.lean import Lean
 from tasks.methods import FACES
@@ -90,12 +91,12 @@ def lean_of_surface(
     fit = fit_surface(question.model, _request(cloud, model, registration, question))
     if isinstance(fit, FitFailure):
         return fit
-    if fit.pose_jacobian is None or fit.base_pose_jacobian is None:
+    if fit.pose_jacobian is None:
         return FitFailure("needs the positions of the stations, got none")
     poses = fit.pose_jacobian @ registration.covariance @ fit.pose_jacobian.T
     propagated = combine(fit.point_covariance + fit.form_covariance, poses)
     stated = state_covariance(propagated, fit.station_changes)
-    base_poses = fit.base_pose_jacobian @ registration.covariance @ fit.base_pose_jacobian.T
+    joint = fit.joint.own + fit.joint.form
     lean = Lean(
         axis=_axis(fit),
         lean=fit.lean,
@@ -109,7 +110,10 @@ def lean_of_surface(
         misfit_p=stated.misfit_p,
         n_slices=len(fit.bands),
         n_centres=sum(band.state == "ok" for band in fit.bands),
-        base_covariance=combine(fit.base_covariance, base_poses),
+        base_covariance=joint[:2, :2],
+        parameters=as_stated(
+            fit.parameter_names, fit.parameter_values, fit.joint, stated.covariance, fit.form_covariance
+        ),
     )
     return SurfaceLean(lean, fit.bands)
 
@@ -124,7 +128,11 @@ def _request(
         SurfacePoints(cloud.points_m, cloud.station_index, len(registration.poses)),
         start,
         question.sections,
-        StationPoses(np.array([pose.position_m for pose in registration.poses]), registration.covariance),
+        StationPoses(
+            np.array([pose.position_m for pose in registration.poses]),
+            registration.covariance,
+            registration.frame_covariance,
+        ),
     )
 
 

@@ -14,6 +14,7 @@ os.environ.setdefault("DO_NOT_TRACK", "1")
 import pytest
 
 from tests.prefect_server import prefect_server
+from tests.s3_server import S3Endpoint, s3_server
 
 
 @pytest.fixture(scope="session")
@@ -39,3 +40,10 @@ def _let_prefect_read_settings() -> None:
         from prefect.context import refresh_global_settings_context  # noqa: PLC0415 (slow to import)
 
         refresh_global_settings_context()
+
+
+@pytest.fixture(scope="session")
+def s3_endpoint(tmp_path_factory: pytest.TempPathFactory) -> Iterator[S3Endpoint]:
+    """An S3 server that lives as long as the tests."""
+    with s3_server(tmp_path_factory.mktemp("s3")) as endpoint:
+        yield endpoint

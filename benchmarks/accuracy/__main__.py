@@ -7,13 +7,14 @@ coverage     simulated campaigns whose stated 95 % region holds the truth: noise
 sigmas       stated sigma of the points, bootstrap and truth on the same campaigns
 peers        ours, the paper's method and other packages on the same clouds: error and time
 real         real stems and a lamp post: every estimator beside every other, and what it refuses
+kinds        every kind of structure simulated from its scans to its lean: error, stated sigma, coverage
 """
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
-from benchmarks.accuracy import coverage, efficiency, peers, real, sigmas
+from benchmarks.accuracy import coverage, efficiency, kinds, peers, real, sigmas
 
 COMMANDS: Final[Mapping[str, Callable[[Sequence[str]], None]]] = {
     "efficiency": efficiency.main,
@@ -21,6 +22,7 @@ COMMANDS: Final[Mapping[str, Callable[[Sequence[str]], None]]] = {
     "sigmas": sigmas.main,
     "peers": peers.main,
     "real": real.main,
+    "kinds": kinds.main,
 }
 
 

@@ -69,8 +69,19 @@ CAMPAIGNS: Final[Mapping[str, Campaign]] = {
 
 def draw_campaign(campaign: Campaign, rng: np.random.Generator) -> IsolatedShaft:
     """Draw one campaign, registered and isolated."""
-    wall = draw_wall(Form(campaign.rough_m, campaign.correlation_m, campaign.oval_m), rng)
-    azimuth = 2.0 * np.pi * (np.arange(campaign.stations) + rng.random()) / campaign.stations
+    # the wall comes first: the draws are those of the published figures
+    wall = wall_of(campaign, rng)
+    return draw_epoch(campaign, wall, float(rng.random()), rng)
+
+
+def wall_of(campaign: Campaign, rng: np.random.Generator) -> Wall:
+    """Draw the wall of a campaign."""
+    return draw_wall(Form(campaign.rough_m, campaign.correlation_m, campaign.oval_m), rng)
+
+
+def draw_epoch(campaign: Campaign, wall: Wall, turned: float, rng: np.random.Generator) -> IsolatedShaft:
+    """Draw one epoch of a given wall; ``turned`` turns the stations by a part of the angle between them."""
+    azimuth = 2.0 * np.pi * (np.arange(campaign.stations) + turned) / campaign.stations
     places = DISTANCE_M * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
     positions = np.column_stack([places, np.full(campaign.stations, 1.7)])
     clouds = [_seen(position, campaign, wall, rng) for position in positions]

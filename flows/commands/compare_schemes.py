@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, check_epochs, workspace_of
+from flows.commands.options import (
+    AsJson,
+    CampaignFile,
+    WorkspaceFolder,
+    check_epochs,
+    load_with_workspace,
+    workspace_of,
+)
 from flows.terminal import Json, answer, say
 from storage.errors import StorageError, UsageError
 
@@ -44,10 +51,9 @@ def compare_schemes(
     """
     from storage.workspace import existing_workspace
     from tasks.scheme_comparison import compare_schemes as comparison_of
-    from tasks.settings import load_campaign
     from tasks.stored_comparison import agreements, epoch_axes, newest_epoch, pairs_of
 
-    campaign = load_campaign(file)
+    campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, () if epoch is None else (epoch,))
     place = existing_workspace(workspace_of(campaign.folder, workspace))
     chosen = epoch or newest_epoch(place, campaign.structure.id)

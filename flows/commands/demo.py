@@ -9,6 +9,7 @@ from cyclopts import Parameter
 
 from flows.commands.options import AsJson
 from flows.terminal import answer, log_into, note, say, terminal
+from storage.errors import UsageError
 
 CAMPAIGN = "campaign"
 LOGS = "logs"
@@ -21,6 +22,7 @@ def demo(
     stations: int = 8,
     points: int = 200_000,
     seed: int = 1,
+    kind: str = "chimney",
     as_json: AsJson = False,
 ) -> int:
     """Simulate a campaign with known truth, run everything on it, print found against true.
@@ -35,6 +37,8 @@ def demo(
         Points of a station.
     seed
         Seed of the simulated noise.
+    kind
+        chimney, tower, silo, tank, mast, column, stem or square-tower.
     """
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
@@ -42,12 +46,15 @@ def demo(
     from storage.workspace import open_workspace
     from tasks.found_against_true import found_against_true, text_lines
     from tasks.settings import load_campaign
-    from tasks.simulated_campaign import SimulatedCampaignRequest, write_simulated_campaign
+    from tasks.simulated_campaign import write_simulated_campaign
+    from tasks.simulation.kinds import CASES, request_of_kind
 
-    request = SimulatedCampaignRequest(epochs=epochs, stations=stations, points=points, seed=seed)
+    if kind not in CASES:
+        raise UsageError(f"unknown kind {kind!r}; known: {', '.join(sorted(CASES))}")
+    request = request_of_kind(kind, epochs=epochs, stations=stations, points=points, seed=seed)
     place = open_workspace(workspace)
     log_into(place.root / LOGS)
-    note(f"simulating {epochs} epochs of {stations} stations in {place.root / CAMPAIGN}")
+    note(f"simulating {epochs} epochs of {stations} stations around a {kind} in {place.root / CAMPAIGN}")
     file = write_simulated_campaign(place.root / CAMPAIGN, request)
     note("starting the workflow engine: some seconds")
     with progress() as on_event:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
 from flows.terminal import answer, note
 from storage.errors import UsageError
 
@@ -29,8 +29,8 @@ def export(
     Parameters
     ----------
     what
-        epochs, stations, pairs, coverage, surface_map, surface_changes, slices, tilt, accuracy, changes, reference_leans,
-        scheme_comparison, alarms, runs, schemes, removals or latest.
+        epochs, stations, pairs, coverage, surface_map, surface_changes, slices, tilt, verdicts, accuracy, changes,
+        reference_leans, scheme_comparison, alarms, runs, schemes, removals or latest.
     file_format
         csv, json or parquet.
     out
@@ -38,13 +38,12 @@ def export(
     """
     from storage.export import export_view
     from storage.workspace import existing_workspace
-    from tasks.settings import load_campaign
 
     if out is None and as_json:
         raise UsageError("--json answers on stdout, where the table would go; name a file with --out")
     if out is None and file_format in BINARY and sys.stdout.isatty():
         raise UsageError(f"{file_format} cannot be read on a terminal; name a file with --out")
-    campaign = load_campaign(file)
+    campaign = load_with_workspace(file, workspace)
     place = existing_workspace(workspace_of(campaign.folder, workspace))
     if out is None:
         sys.stdout.flush()

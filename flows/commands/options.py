@@ -30,6 +30,20 @@ def workspace_of(folder: Path, wanted: Path | None) -> Path:
     return wanted if wanted is not None else folder / DEFAULT_WORKSPACE
 
 
+def load_with_workspace(file: Path, workspace: Path | None) -> "Campaign":
+    """Read a campaign file together with the epochs that came into its workspace through an inbox.
+
+    Raises
+    ------
+    InputError
+        If either is bad.
+    """
+    # a start for help must be quick
+    from tasks.settings.intake import load_with_intake  # noqa: PLC0415
+
+    return load_with_intake(file, workspace_of(file.absolute().parent, workspace))
+
+
 def check_epochs(campaign: "Campaign", names: Sequence[str]) -> None:
     """Refuse epochs that the campaign does not have.
 

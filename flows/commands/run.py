@@ -4,9 +4,16 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, validators
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, check_epochs, workspace_of
+from flows.commands.options import (
+    AsJson,
+    CampaignFile,
+    WorkspaceFolder,
+    check_epochs,
+    load_with_workspace,
+    workspace_of,
+)
 from flows.terminal import answer, log_into, note, terminal
 from storage.errors import InputError, UsageError
 
@@ -18,8 +25,11 @@ LOGS = "logs"
 Several = Annotated[tuple[str, ...], Parameter(negative="", show_default=False)]
 """An option that may be given several times."""
 
+TimeLimit = Annotated[float | None, Parameter(validator=validators.Number(gt=0.0))]
+"""Seconds above zero."""
 
-def run(
+
+def run(  # noqa: PLR0913 - the words of a command
     file: CampaignFile,
     /,
     *,
@@ -27,6 +37,7 @@ def run(
     epoch: Several = (),
     scheme: Several = (),
     fail_on: Literal["quality", "warning", "alarm"] | None = None,
+    time_limit_s: TimeLimit = None,
     as_json: AsJson = False,
 ) -> int:
     """Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.
@@ -43,20 +54,22 @@ def run(
     fail_on
         From which state of any epoch of this run on the exit code tells it: 4 quality gate not passed, 5 warning,
         6 alarm.
+    time_limit_s
+        Longest time in seconds that an epoch may take. One that takes longer is ended, native code included, and the
+        others go on; the epochs run in a process of their own then.
     """
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
     from flows.run_report import answer_of, conditions_of_run, exit_code_of, tell_errors, tell_results
-    from tasks.settings import load_campaign
 
-    campaign = load_campaign(file)
+    campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, epoch)
     _check_schemes(campaign, scheme)
     place: Path = workspace_of(campaign.folder, workspace)
     log_into(place / LOGS)
     note("starting the workflow engine: some seconds")
     with progress() as on_event:
-        outcome = run_campaign(RunRequest(file, place, epoch, scheme), on_event)
+        outcome = run_campaign(RunRequest(file, place, epoch, scheme, time_limit_s), on_event)
     found = conditions_of_run(campaign, outcome)
     tell_errors(outcome.epochs)
     code = exit_code_of(outcome.epochs, found, fail_on)

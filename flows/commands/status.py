@@ -1,9 +1,10 @@
 """``tiltwatch status``: the newest state."""
 # ruff: noqa: PLC0415 (heavy imports stand inside the command)
 
+from dataclasses import asdict
 from datetime import UTC, datetime
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
 from flows.terminal import answer, note, say
 from storage.errors import StorageError
 
@@ -18,12 +19,12 @@ def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json:
     Exit code 4 (quality gate not passed): the epoch failed or is degraded, or the primary scheme gave no axis.
     Exit code 0: none of these. The highest wins.
     """
-    from flows.condition_text import EXIT_CODES, facts_of, lines_of
+    from flows.condition_text import EXIT_CODES, facts_of, further_verdicts, lines_of
+    from storage.views import verdict_rows
     from storage.workspace import existing_workspace
     from tasks.condition import conditions
-    from tasks.settings import load_campaign
 
-    campaign = load_campaign(file)
+    campaign = load_with_workspace(file, workspace)
     place = existing_workspace(workspace_of(campaign.folder, workspace))
     found = conditions(place, campaign.structure.id, campaign.report.primary)
     if not found:
@@ -32,11 +33,14 @@ def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json:
         )
     newest, now = found[-1], datetime.now(UTC)
     code = EXIT_CODES[newest.level]
+    further = further_verdicts(newest, verdict_rows(place, campaign.structure.id, newest.epoch.epoch))
     stored = {condition.epoch.epoch for condition in found}
     missing = [epoch.id for epoch in campaign.epochs if epoch.id not in stored]
     if as_json:
-        return answer(code, {**facts_of(newest, now), "not_processed": missing})
+        beside = [asdict(row) for row in further]
+        return answer(code, {**facts_of(newest, now), "not_processed": missing, "verdicts": beside})
     say(*lines_of(newest, now))
+    say(*(f"beside it: {row.limit_name}: {row.verdict}; {row.reason}" for row in further))
     if missing:
         note(f"not processed yet: {', '.join(missing)}")
     return code

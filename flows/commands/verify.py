@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, workspace_of
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
 from flows.terminal import answer, complain, say
 
 NOT_WHOLE = 3
@@ -29,12 +29,13 @@ def verify(
     deep
         Hash every artifact again, also those that did not change since they were last hashed.
     """
+    from storage.places import with_store
     from storage.verify import verify_workspace, verify_workspace_deeply
     from storage.workspace import existing_workspace
-    from tasks.settings import load_campaign
 
-    campaign = load_campaign(file)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    campaign = load_with_workspace(file, workspace)
+    folder = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = with_store(folder, campaign.execution.store)
     report = verify_workspace_deeply(place) if deep else verify_workspace(place)
     code = NOT_WHOLE if report.faults else 0
     complain(*(f"error: {fault.where}: {fault.what}; {fault.what_to_do}" for fault in report.faults))

@@ -21,6 +21,7 @@ from storage.records.station import StationRow
 from storage.records.surface_map import SurfaceMapCell, SurfaceMapRow
 from storage.records.tilt import TiltRow
 from storage.records.trend import TrendRow
+from storage.records.verdict import VerdictRow
 
 TABLES: dict[str, type] = {
     "epochs": EpochRow,
@@ -37,6 +38,7 @@ TABLES: dict[str, type] = {
     "scheme_comparison": SchemeComparisonRow,
     "axis_parameters": AxisParameterRow,
     "axis_covariances": AxisCovarianceRow,
+    "verdicts": VerdictRow,
     "change_tests": ChangeTestRow,
     "trends": TrendRow,
     "control_chart": ControlChartRow,
@@ -72,6 +74,7 @@ __all__ = [
     "SurfaceMapRow",
     "TiltRow",
     "TrendRow",
+    "VerdictRow",
     "columns_of",
     "failed_section",
 ]

@@ -29,3 +29,10 @@ class AlarmEventRow:
     person: Annotated[str | None, Column("who did it; NULL where the program did")] = None
     note: Annotated[str | None, Column("what was said about it")] = None
     until: Annotated[datetime | None, Column("until when it is muted; NULL for good", "UTC")] = None
+    unit: Annotated[
+        str | None, Column("unit of value and limit_value, 1 for counts, ratios and statistics")
+    ] = None
+    about: Annotated[str | None, Column("of a delivery: id of the event that it told")] = None
+    target: Annotated[str | None, Column("of a delivery: id of the target in [[notify]] that it went to")] = (
+        None
+    )

@@ -13,7 +13,7 @@ class AxisParameterRow:
     ``base_east``, ``base_north``: the straight axis at z = 0 of the site frame. ``lean_east``, ``lean_north``: the lean
     vector. ``bend_east``, ``bend_north``: the coefficient of the second Legendre polynomial over the shaft, which is two
     thirds of the sagitta. ``radius_0``, ``radius_1``, ...: coefficients of the Legendre polynomials of the mean radius
-    over the shaft.
+    over the part of the shaft that is cut or fitted.
     """
 
     structure: Annotated[str, Column("id of the structure")]
@@ -43,4 +43,10 @@ class AxisCovarianceRow:
     covariance: Annotated[float, Column("their covariance, in the product of their units")]
     form_covariance: Annotated[
         float, Column("the part of it that the form of the wall causes, which stays from epoch to epoch")
+    ]
+    frame_covariance: Annotated[
+        float,
+        Column(
+            "the part of it that stable surroundings bring along from the reference epoch, 0 without them"
+        ),
     ]

@@ -54,6 +54,9 @@ class ChangeTestRow:
     smallest_detectable_m: Annotated[
         float | None, Column("size_m that the 1 % test finds in 80 % of cases, in the worst direction", "m")
     ]
+    run: Annotated[str, Column("run that published the epoch as it was compared")]
+    reference_run: Annotated[str, Column("run that published the reference epoch as it was compared")]
+    code_version: Annotated[str, Column("digest of the code that compared them")]
     z_low_m: Annotated[float | None, Column("where it changed: from this height", "m")] = None
     z_high_m: Annotated[float | None, Column("where it changed: up to this height", "m")] = None
     reason: Annotated[str | None, Column("what was found where, or why nothing could be tested")] = None

@@ -12,7 +12,7 @@ class TrendRow:
     """The trend of the lean over all epochs of a structure, under one scheme and method.
 
     Movements are those of the axis at ``height_m`` relative to z = 0: the lean times the height. NULL stands where the
-    epochs are too few to tell; ``reason`` says so.
+    epochs are too few to tell; ``reason`` says so. Where a change point is significant, rate and dates are those after it.
     """
 
     structure: Annotated[str, Column("id of the structure")]

@@ -2,6 +2,7 @@
 
 from storage.change import ChangeRow
 from storage.surface_change import SurfaceChangeRow
+from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
 from storage.view_definitions import VIEWS
 from storage.views.reading import (
     accuracy_rows,
@@ -23,17 +24,25 @@ from storage.views.reading import (
     scheme_comparison_rows,
     scheme_rows,
     slice_rows,
+    slice_rows_of,
     station_rows,
     surface_change_rows,
     surface_map_rows,
     tilt_rows,
     trend_rows,
+    verdict_rows,
+    version_change_rows,
+    version_rows,
+    version_tilt_rows,
 )
 
 __all__ = [
     "VIEWS",
     "ChangeRow",
     "SurfaceChangeRow",
+    "VersionChangeRow",
+    "VersionRow",
+    "VersionTiltRow",
     "accuracy_rows",
     "alarm_event_rows",
     "alarm_rows",
@@ -53,9 +62,14 @@ __all__ = [
     "scheme_comparison_rows",
     "scheme_rows",
     "slice_rows",
+    "slice_rows_of",
     "station_rows",
     "surface_change_rows",
     "surface_map_rows",
     "tilt_rows",
     "trend_rows",
+    "verdict_rows",
+    "version_change_rows",
+    "version_rows",
+    "version_tilt_rows",
 ]

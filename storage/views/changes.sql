@@ -1,8 +1,8 @@
 -- an epoch against the reference epoch of its structure, under one scheme and method
 -- The reference is the epoch marked as such (the earliest, should there be several), else the earliest that did
--- not fail. d is the difference of the lean vectors and C the sum of their covariances. What both epochs have in
--- common (stations set up on the same pillars, one scanner's own errors) is not cancelled yet, so C is too large
--- rather than too small. Significant: chance alone does so in 1 of 100 comparisons, as far as both covariances hold.
+-- not fail. d is the change of the lean vector and C its covariance: from change_tests where the two epochs as they
+-- are now were compared, with what they have in common cancelled; else the plain difference and the sum of both
+-- covariances. Significant: chance alone does so in 1 of 100 comparisons, as far as both covariances hold.
 WITH reference AS (
     SELECT structure, epoch
     FROM data.epochs
@@ -21,11 +21,12 @@ difference AS (
         later.scheme,
         later.method,
         later.height_m,
-        later.lean_east - base.lean_east AS d_lean_east,
-        later.lean_north - base.lean_north AS d_lean_north,
-        later.lean_cov_ee + base.lean_cov_ee AS d_cov_ee,
-        later.lean_cov_en + base.lean_cov_en AS d_cov_en,
-        later.lean_cov_nn + base.lean_cov_nn AS d_cov_nn
+        coalesce(compared.basis, 'sum of both') AS basis,
+        coalesce(compared.d_east, later.lean_east - base.lean_east) AS d_lean_east,
+        coalesce(compared.d_north, later.lean_north - base.lean_north) AS d_lean_north,
+        coalesce(compared.d_cov_ee, later.lean_cov_ee + base.lean_cov_ee) AS d_cov_ee,
+        coalesce(compared.d_cov_en, later.lean_cov_en + base.lean_cov_en) AS d_cov_en,
+        coalesce(compared.d_cov_nn, later.lean_cov_nn + base.lean_cov_nn) AS d_cov_nn
     FROM data.tilt AS later
     INNER JOIN reference ON later.structure = reference.structure AND later.epoch <> reference.epoch
     INNER JOIN data.tilt AS base
@@ -34,6 +35,18 @@ difference AS (
             AND reference.epoch = base.epoch
             AND later.scheme = base.scheme
             AND later.method = base.method
+    INNER JOIN data.epochs AS here ON later.structure = here.structure AND later.epoch = here.epoch
+    INNER JOIN data.epochs AS there ON base.structure = there.structure AND base.epoch = there.epoch
+    LEFT JOIN data.change_tests AS compared
+        ON
+            later.structure = compared.structure
+            AND later.epoch = compared.epoch
+            AND base.epoch = compared.reference_epoch
+            AND later.scheme = compared.scheme
+            AND later.method = compared.method
+            AND compared.quantity = 'lean'
+            AND here.run = compared.run
+            AND there.run = compared.reference_run
 ),
 
 measured AS (
@@ -91,5 +104,6 @@ SELECT
     exp(-chi2 / 2) AS p_value,
     exp(-chi2 / 2) < 0.01 AS significant,
     -- 3.7257 = sqrt(13.8807): the noncentrality that a 1 % test of two degrees of freedom finds in 80 % of cases
-    CASE WHEN chi2 IS NOT NULL THEN height_m * 3.7257 * sqrt(largest) END AS smallest_detectable_m
+    CASE WHEN chi2 IS NOT NULL THEN height_m * 3.7257 * sqrt(largest) END AS smallest_detectable_m,
+    basis
 FROM tested

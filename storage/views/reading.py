@@ -33,10 +33,12 @@ from storage.records import (
     SurfaceMapRow,
     TiltRow,
     TrendRow,
+    VerdictRow,
     columns_of,
 )
 from storage.surface_change import SurfaceChangeRow
 from storage.tables import files_of, key_of
+from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
 from storage.view_definitions import view_definition
 from storage.workspace import Workspace
 
@@ -91,6 +93,12 @@ def scheme_rows(ws: Workspace, structure: str, epoch: str) -> list[SchemeRow]:
     return _rows(ws, "schemes", SchemeRow, {"structure": structure, "epoch": epoch}, "scheme, method")
 
 
+def slice_rows_of(ws: Workspace, structure: str, epoch: str) -> list[SliceRow]:
+    """The slices of an epoch under every scheme and method, from the bottom."""
+    chosen = {"structure": structure, "epoch": epoch}
+    return _rows(ws, "slices", SliceRow, chosen, "scheme, method, slice_index")
+
+
 def slice_rows(ws: Workspace, structure: str, epoch: str, scheme: str, method: str) -> list[SliceRow]:
     """The slices of an epoch under a scheme and method, from the bottom."""
     chosen = {"structure": structure, "epoch": epoch, "scheme": scheme, "method": method}
@@ -112,6 +120,12 @@ def reference_lean_rows(ws: Workspace, structure: str, epoch: str | None = None)
     return _rows(
         ws, "reference_leans", ReferenceLeanRow, _chosen(structure, epoch), "epoch_time, epoch, source"
     )
+
+
+def verdict_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[VerdictRow]:
+    """What every limit says, of one epoch or of all; the primary limit first."""
+    order = "epoch, scheme, method, is_primary desc, limit_name"
+    return _rows(ws, "verdicts", VerdictRow, _chosen(structure, epoch), order)
 
 
 def scheme_comparison_rows(
@@ -169,6 +183,23 @@ def control_chart_rows(ws: Workspace, structure: str) -> list[ControlChartRow]:
 def run_rows(ws: Workspace, run: str) -> list[StageRunRow]:
     """The stages of a run, in the order in which they were asked for."""
     return _rows(ws, "runs", StageRunRow, {"run": run}, "started_at, epoch, stage")
+
+
+def version_rows(ws: Workspace, structure: str) -> list[VersionRow]:
+    """The epochs that were put aside, in the order in which they were."""
+    return _rows(ws, "versions", VersionRow, {"structure": structure}, "archived_at, version, epoch")
+
+
+def version_tilt_rows(ws: Workspace, structure: str, version: str) -> list[VersionTiltRow]:
+    """The axes of a version, the earliest epoch first."""
+    chosen = {"structure": structure, "version": version}
+    return _rows(ws, "version_tilt", VersionTiltRow, chosen, "epoch_time, epoch, scheme, method")
+
+
+def version_change_rows(ws: Workspace, structure: str, version: str) -> list[VersionChangeRow]:
+    """What has become of the axes of a version, the earliest epoch first."""
+    chosen = {"structure": structure, "version": version}
+    return _rows(ws, "version_changes", VersionChangeRow, chosen, "epoch_time, epoch, scheme, method")
 
 
 def rows_of(

@@ -1,11 +1,12 @@
 """Where one more station would help a planned survey most."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from tasks.design.normals import station_normals
+from tasks.design.normals import StationNormals, station_normals
 from tasks.design.prediction import Prediction, predict_lean
 from tasks.design.shaft import cut_cells, whole_surface
 from tasks.design.sight import Site
@@ -33,19 +34,32 @@ class BestPlace:
     lean: Prediction
 
 
-def best_place(survey: Survey) -> BestPlace | FitFailure:
+def best_place(
+    survey: Survey,
+    seen: Sequence[StationNormals] | None = None,
+    distances: Sequence[float] = DISTANCES,
+) -> BestPlace | FitFailure:
     """Try one more station on a grid of azimuths and distances, as high as the others in the median.
 
     It scans as they do; of what hides the shaft only that holds for it which hides it from all. Whether there is ground
     to stand on is not known.
+
+    Parameters
+    ----------
+    survey : Survey
+        The stations, and how they scan.
+    seen : sequence of StationNormals, optional
+        What the stations did see, over the bands of the survey; predicted where it is left out.
+    distances : sequence of float
+        Distances that are tried, in units of the median of the others.
     """
     measured, whole = (
         cut_cells(survey.shaft, survey.bands),
         cut_cells(survey.shaft, whole_surface(survey.shaft)),
     )
-    parts = survey_normals(survey, measured)
+    parts = survey_normals(survey, measured) if seen is None else seen
     usual_m, found = _median_distance_m(survey), []
-    for distance_m in _distances_m(survey):
+    for distance_m in _distances_m(survey, distances):
         for azimuth, site in zip(AZIMUTHS_DEG, _ring(survey, distance_m), strict=True):
             part = station_normals(measured, site, view_of(survey, measured, site, whole))
             lean = predict_lean(measured, [*parts, part], survey.errors)
@@ -69,6 +83,6 @@ def _median_distance_m(survey: Survey) -> float:
     return float(np.median(np.hypot(*off_m.T)))
 
 
-def _distances_m(survey: Survey) -> list[float]:
+def _distances_m(survey: Survey, distances: Sequence[float]) -> list[float]:
     usual_m, nearest_m = _median_distance_m(survey), NEAREST_RADII * max(survey.shaft.radius_m)
-    return sorted({max(share * usual_m, nearest_m) for share in DISTANCES})
+    return sorted({max(share * usual_m, nearest_m) for share in distances})

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Protocol
 
 import numpy as np
 
@@ -21,13 +20,6 @@ class LimitKind(StrEnum):
     UNSTATED = "unstated"
 
 
-class LimitRule(Protocol):
-    """How the allowable deviation follows from the height."""
-
-    def allowable_m(self, height_m: float) -> float | FitFailure:
-        """Allowable deviation at a height above 0, metres, or why there is none."""
-
-
 @dataclass(frozen=True, slots=True)
 class LimitPoint:
     """The allowable deviation at one height."""
@@ -42,28 +34,60 @@ class PointsRule:
 
     points: tuple[LimitPoint, ...]
 
+    @property
+    def described(self) -> str:
+        """The rule in words."""
+        points = ", ".join(f"{point.allowable_m:g} m at {point.height_m:g} m" for point in self.points)
+        return f"{points}; linear between"
+
+    @property
+    def holds(self) -> str:
+        """The heights it holds for, in words."""
+        return f"from {self.points[0].height_m:g} m to {self.points[-1].height_m:g} m"
+
     def allowable_m(self, height_m: float) -> float | FitFailure:
         """Allowable deviation at a height, metres, or why there is none."""
-        low, high = self.points[0].height_m, self.points[-1].height_m
-        if not low <= height_m <= high:
-            return FitFailure(f"the table holds from {low:g} m to {high:g} m; the height is {height_m:g} m")
+        if not self.points[0].height_m <= height_m <= self.points[-1].height_m:
+            return FitFailure(f"the table holds {self.holds}; the height is {height_m:g} m")
         heights = [point.height_m for point in self.points]
         return float(np.interp(height_m, heights, [point.allowable_m for point in self.points]))
 
 
 @dataclass(frozen=True, slots=True)
 class RatioRule:
-    """A share of the height, from a lowest height on, up to a largest deviation where there is one."""
+    """A share of the height: not less than ``least_m``, not more than ``largest_m``, where there are such.
+
+    It holds above ``above_m`` and, where that is not None, up to ``up_to_m``.
+    """
 
     ratio: float
     above_m: float
     largest_m: float | None
+    least_m: float | None = None
+    up_to_m: float | None = None
+
+    @property
+    def described(self) -> str:
+        """The rule in words."""
+        share = f"height/{1.0 / self.ratio:g}"
+        if self.least_m is not None:
+            share = f"max({share}, {self.least_m:g} m)"
+        if self.largest_m is not None:
+            share = f"min({share}, {self.largest_m:g} m)"
+        return share
+
+    @property
+    def holds(self) -> str:
+        """The heights it holds for, in words."""
+        to = "" if self.up_to_m is None else f" up to {self.up_to_m:g} m"
+        return f"above {self.above_m:g} m{to}"
 
     def allowable_m(self, height_m: float) -> float | FitFailure:
         """Allowable deviation at a height, metres, or why there is none."""
-        if height_m <= self.above_m:
-            return FitFailure(f"the rule holds above {self.above_m:g} m; the height is {height_m:g} m")
+        if height_m <= self.above_m or (self.up_to_m is not None and height_m > self.up_to_m):
+            return FitFailure(f"the rule holds {self.holds}; the height is {height_m:g} m")
         share = self.ratio * height_m
+        share = share if self.least_m is None else max(share, self.least_m)
         return share if self.largest_m is None else min(share, self.largest_m)
 
 
@@ -72,12 +96,14 @@ class LimitTable:
     """A rule and its papers.
 
     ``version`` counts the changes of the data here; ``verified_by`` names who compared them with the
-    document itself, None where nobody has.
+    document itself, None where nobody has. ``valid_from`` is the date (ISO 8601) from which epochs are judged by this
+    version, None where it holds for all. A limit of kind measurement bounds so many ``sigmas`` of the deviation, not the
+    deviation.
     """
 
     name: str
     version: int
-    rule: LimitRule
+    rule: PointsRule | RatioRule
     kind: LimitKind
     document: str
     edition: str
@@ -85,6 +111,8 @@ class LimitTable:
     source: str
     verified_by: str | None
     note: str
+    valid_from: str | None = None
+    sigmas: float = 1.0
 
     @property
     def described(self) -> str:
@@ -97,6 +125,14 @@ class LimitTable:
             f"verified by {self.verified_by}" if self.verified_by else "not verified against the document"
         )
         return f"{self.name}, {kind}, {standing}"
+
+
+@dataclass(frozen=True, slots=True)
+class MissingLimit:
+    """A limit that the campaign names and that has no version for the epoch."""
+
+    name: str
+    reason: str
 
 
 def allowable(table: LimitTable, height_m: float) -> float | FitFailure:

@@ -85,7 +85,8 @@ def register_stations(
         return FitFailure("; ".join(f"station {one.station}: {one.reason}" for one in refused))
     epoch = _Epoch(sigmas, starts.seen, stable)
     settled, placed, loose = _settle_without_loose(placed, epoch)
-    covariance = _covariance(settled.adjusted, stable)
+    frame = _frame_covariance(settled.adjusted, stable)
+    covariance = _own_covariance(settled.adjusted) + (0.0 if frame is None else frame)
     stated = {scan.station: scan for scan in scans}
     diagnoses = diagnose_stations(
         settled, covariance, [one.start for one in placed], [stated[one.start.scan.station] for one in placed]
@@ -98,6 +99,7 @@ def register_stations(
         pairs=diagnose_pairs(settled.adjusted, starts.seen),
         refused=(*refused, *loose),
         warnings=() if stable is None else tuple(stable_warnings(settled, stable)),
+        frame_covariance=frame,
     )
 
 
@@ -181,10 +183,14 @@ def _pose(start: Start) -> StationPose:
     return start.pose
 
 
-def _covariance(adjusted: Adjusted, stable: StableSurroundings | None) -> NDArray[np.float64]:
-    """Covariance (6n, 6n) of the poses; that of the frame that stable surroundings hold comes on top."""
-    own = np.linalg.inv(adjusted.data_information + adjusted.prior_information)
+def _own_covariance(adjusted: Adjusted) -> NDArray[np.float64]:
+    """Covariance (6n, 6n) of the poses from scans and stated sigmas, as if stable surroundings were where they are."""
+    return np.asarray(np.linalg.inv(adjusted.data_information + adjusted.prior_information))
+
+
+def _frame_covariance(adjusted: Adjusted, stable: StableSurroundings | None) -> NDArray[np.float64] | None:
+    """What comes on top: the frame of the reference epoch, which stable surroundings hold; None without them."""
     if stable is None:
-        return np.asarray(own)
-    by_frame = own @ adjusted.by_frame
-    return np.asarray(own + by_frame @ stable.covariance @ by_frame.T)
+        return None
+    by_frame = _own_covariance(adjusted) @ adjusted.by_frame
+    return np.asarray(by_frame @ stable.covariance @ by_frame.T)

@@ -126,7 +126,8 @@ class Registration:
     ``covariance`` is (6 n, 6 n) in the order of ``tasks.conventions``: the stations one after the
     other, each with rotations about east, north, up (rad), then shifts east, north, up (m).
     Poses and diagnoses are of the stations that are used; ``refused`` names the others. ``warnings`` are about the epoch as
-    a whole.
+    a whole. ``frame_covariance`` (6 n, 6 n) is the part of ``covariance`` that the frame of the reference epoch brings
+    along, where stable surroundings tie the epoch to it; None where nothing does.
     """
 
     poses: tuple[StationPose, ...]
@@ -136,3 +137,4 @@ class Registration:
     pairs: tuple[PairDiagnosis, ...] = ()
     refused: tuple[RefusedStation, ...] = ()
     warnings: tuple[str, ...] = ()
+    frame_covariance: NDArray[np.float64] | None = None

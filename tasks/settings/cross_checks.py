@@ -8,7 +8,9 @@ from typing import Final
 
 from storage.errors import InputError
 from tasks.methods import methods_of
+from tasks.settings.alarm_checks import problems_of_alarms
 from tasks.settings.campaign import Campaign
+from tasks.settings.limit_checks import problems_of_limits
 from tasks.settings.outline import EpochOutline, Named, NamedScan, Outline
 from tasks.settings.problems import Problem, nearest
 from tasks.settings.scan_paths import resolve_scan, same_file_key
@@ -34,6 +36,8 @@ def problems_between_names(outline: Outline, folder: Path) -> Iterator[Problem]:
     yield from _scans(outline, folder)
     yield from _references(outline.epochs)
     yield from _scheme_names(outline.schemes)
+    yield from _doubles(outline.alarm_ids, "id of a rule")
+    yield from _doubles(outline.target_ids, "id of a target")
 
 
 def problems_between_values(campaign: Campaign) -> Iterator[Problem]:
@@ -43,8 +47,10 @@ def problems_between_values(campaign: Campaign) -> Iterator[Problem]:
     yield from _slices(campaign)
     yield from _far_stations(campaign)
     yield from _file_poses(campaign)
+    yield from problems_of_limits(campaign)
     yield from _stable_names(campaign)
     yield from _stable_regions(campaign)
+    yield from problems_of_alarms(campaign)
 
 
 def _doubles(names: Sequence[Named], what: str) -> Iterator[Problem]:

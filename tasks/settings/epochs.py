@@ -27,6 +27,9 @@ def _number_or_name(part: object) -> object:
     return part
 
 
+EpochTime = Annotated[AwareDatetime, AfterValidator(_plausible)]
+"""A time of measuring, with its offset from UTC."""
+
 Part = Annotated[
     Annotated[int, Field(ge=1)] | Annotated[str, Field(min_length=1, max_length=1000)] | None,
     BeforeValidator(_number_or_name),
@@ -34,11 +37,9 @@ Part = Annotated[
 """Which scan of a file: its number from 1, or its name."""
 
 
-class Station(Section):
-    """A set-up of the scanner in an epoch."""
+class SetUp(Section):
+    """Where a scanner stood and what its file holds; a station beside its id and its scan."""
 
-    id: SafeId = Field(description="name of the station; unique in its epoch")
-    scan: ScanPath = Field(description="file of the scan, relative to the campaign file")
     part: Part = Field(
         default=None,
         description="which scan of a file that holds several (E57, PTX): its number from 1, or its name",
@@ -74,6 +75,13 @@ class Station(Section):
         return self
 
 
+class Station(SetUp):
+    """A set-up of the scanner in an epoch."""
+
+    id: SafeId = Field(description="name of the station; unique in its epoch")
+    scan: ScanPath = Field(description="file of the scan, relative to the campaign file")
+
+
 class Reference(Section):
     """A lean that was measured by other means."""
 
@@ -87,9 +95,7 @@ class Epoch(Section):
     """A measuring campaign: stations, or one registered cloud instead."""
 
     id: SafeId = Field(description="name of the epoch; unique in the campaign")
-    time: Annotated[AwareDatetime, AfterValidator(_plausible)] = Field(
-        description="time of measuring, with its offset from UTC"
-    )
+    time: EpochTime = Field(description="time of measuring, with its offset from UTC")
     reference: bool = Field(
         default=False,
         description="changes are counted from this epoch; the earliest epoch where none says so",
@@ -100,6 +106,10 @@ class Epoch(Section):
     registered: ScanPath | None = Field(
         default=None,
         description="file of one cloud that is in the frame already (origin_m and axes apply), instead of stations",
+    )
+    temperature_c: Annotated[float, Field(ge=-60.0, le=200.0)] | None = Field(
+        default=None,
+        description="temperature that the structure's movement may follow, of the air or the shaft [deg C]",
     )
     references: Annotated[tuple[Reference, ...], Field(strict=False)] = Field(
         default=(), description="leans measured by other means; may serve as control"

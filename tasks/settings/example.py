@@ -24,13 +24,19 @@ class Size:
 SIZES: Final = {
     "chimney": Size(102.0, (4.6, 2.7), 230.0),
     "tower": Size(60.0, (4.0, 3.0), 140.0),
-    "silo": Size(35.0, (6.0, 6.0), 80.0),
-    "tank": Size(15.0, (12.0, 12.0), 50.0),
-    "mast": Size(40.0, (0.5, 0.2), 60.0),
-    "column": Size(12.0, (0.8, 0.8), 25.0),
-    "stem": Size(20.0, (0.25, 0.15), 15.0),
-    "square-tower": Size(45.0, (4.0, 4.0), 100.0),
+    "silo": Size(40.0, (4.0, 4.0), 80.0),
+    "tank": Size(20.0, (15.0, 15.0), 60.0),
+    "mast": Size(40.0, (0.3, 0.2), 45.0),
+    "column": Size(25.0, (0.75, 0.62), 30.0),
+    "stem": Size(12.0, (0.16, 0.07), 10.0),
+    "square-tower": Size(45.0, (3.1, 2.9), 60.0),
 }
+
+LOW_M: Final = 30.0
+"""Of a structure below this the schemes A to F, of one slice every metre and fewer, leave few slices: it gets its own."""
+
+SHIPPED: Final = {"chimney": "bre-digest-475", "tower": "bre-digest-475"}
+"""Kinds that a shipped table of limits speaks of."""
 
 TEMPLATE: Final = """\
 # A campaign of tiltwatch: one structure, measured at several times.
@@ -84,8 +90,8 @@ reference = true                      # changes are counted from this epoch
 # sigma = 0.00005                     # of each component
 
 # A slicing scheme of your own beside A to F and S:
-# [schemes.G]
-# interval_m = {interval}                      # or heights_m = [{low}, {height}]
+{own}[schemes.G]
+{own}interval_m = {interval}                      # or heights_m = [{low}, {height}]
 # contour = "robust_circle"           # contour model and axis estimator of method robust: docs/variants.md
 # axis = "robust_line"
 # [schemes.H]
@@ -95,14 +101,33 @@ reference = true                      # changes are counted from this epoch
 # [registration]
 # stable = [{{ name = "hall", low_m = [{hall}, -10.0, -1.0], high_m = [{hall_end}, 10.0, 8.0] }}]
 
-# How far from plumb it may be; without limits the verdict is "no limit":
+# How far from plumb it may be; without limits the verdict is "no limit". `tiltwatch limits` lists the shipped tables:
 # [limits]
-# table = "{table}"       # or points of your own, [height, deviation]:
+# {table}
+# kind = "in-service"                 # what points of your own were written for: construction, design or in-service
 # verticality_m = [[{half}, {half_limit}], [{height}, {limit}]]
 
 [report]
 primary = ["S", "surface"]            # the verdict comes from this scheme and method
 control = ["F", "paper"]              # relative errors are counted against this
+
+# What raises an alarm. Without [[alarms]] the rules of docs/monitoring.md hold, and nobody is told of them.
+# [[alarms]]
+# id = "too-far"
+# when = "moved"                      # limit | share-of-limit | moved | rate | cusum | quality | missed-campaign |
+# p = 0.001                           # late-station; the keys of each are in docs/monitoring.md
+# severity = "alarm"                  # info | warning | alarm
+# notify = ["office"]                 # ids of [[notify]] tables
+# [[alarms]]
+# id = "missed"
+# when = "missed-campaign"
+# interval_days = 182.0
+# grace_days = 14.0
+# notify = ["office"]
+# [[notify]]
+# id = "office"
+# kind = "email"                      # email | webhook | command
+# url_env = "TILTWATCH_MAIL_URL"      # the variable holds mailtos://USER:PASSWORD@HOST?to=...; no secrets in this file
 
 # [files]
 # roots = ["/data/scans"]             # folders outside this one that scans may come from
@@ -147,11 +172,22 @@ def example_campaign(kind: str) -> str:
         interval=round(size.height_m / 40.0, 2),
         hall=round(1.2 * size.distance_m, 1),
         hall_end=round(1.2 * size.distance_m + 20.0, 1),
-        table="bre-digest-475",
+        table=_table(kind),
+        own="" if size.height_m < LOW_M else "# ",
         limit=round(size.height_m / 1000.0, 3),
         half_limit=round(size.height_m / 2000.0, 4),
     )
     return _aligned(text)
+
+
+def _table(kind: str) -> str:
+    """The lines that name a shipped table, or say that none speaks of this kind."""
+    if kind in SHIPPED:
+        return (
+            f'table = "{SHIPPED[kind]}"       # or points of your own, which win over it\n'
+            '# also = ["aci117-general"]           # judged beside it'
+        )
+    return "No shipped table speaks of this kind. Points of your own, [height, deviation]; docs/limits.md for more:"
 
 
 def _aligned(text: str) -> str:

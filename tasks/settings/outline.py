@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from tasks.settings.problems import place
+from tasks.settings.problems import Places
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,19 +42,24 @@ class Outline:
     epoch_ids: tuple[Named, ...]
     schemes: tuple[str, ...]
     roots: tuple[str, ...]
+    alarm_ids: tuple[Named, ...] = ()
+    target_ids: tuple[Named, ...] = ()
 
 
 def outline_of(raw: Mapping[str, object]) -> Outline:
     """Read the names and paths that are there and are texts."""
+    places = Places(raw)
     epochs = tuple(_tables(raw, ("epochs",)))
     schemes = raw.get("schemes")
     files = raw.get("files")
     roots = files.get("roots") if isinstance(files, Mapping) else None
     return Outline(
-        epochs=tuple(_epoch(raw, location, epoch) for location, epoch in epochs),
-        epoch_ids=tuple(_texts(raw, epochs, "id")),
+        epochs=tuple(_epoch(places, location, epoch) for location, epoch in epochs),
+        epoch_ids=tuple(_texts(places, epochs, "id")),
         schemes=tuple(schemes) if isinstance(schemes, Mapping) else (),
         roots=tuple(root for root in roots if isinstance(root, str)) if isinstance(roots, list) else (),
+        alarm_ids=tuple(_texts(places, list(_tables(raw, ("alarms",))), "id")),
+        target_ids=tuple(_texts(places, list(_tables(raw, ("notify",))), "id")),
     )
 
 
@@ -62,14 +67,15 @@ Location = tuple[str | int, ...]
 Table = tuple[Location, Mapping[str, object]]
 
 
-def _epoch(raw: Mapping[str, object], location: Location, epoch: Mapping[str, object]) -> EpochOutline:
-    stations = list(_tables(raw, (*location, "stations")))
+def _epoch(places: Places, location: Location, epoch: Mapping[str, object]) -> EpochOutline:
+    stations = list(_tables(places.raw, (*location, "stations")))
+    references = list(_tables(places.raw, (*location, "references")))
     return EpochOutline(
-        where=place(raw, location),
+        where=places.name(location),
         is_reference=epoch.get("reference") is True,
-        stations=tuple(_texts(raw, stations, "id")),
-        sources=tuple(_texts(raw, list(_tables(raw, (*location, "references"))), "source")),
-        scans=(*_scans(raw, stations, "scan"), *_scans(raw, [(location, epoch)], "registered")),
+        stations=tuple(_texts(places, stations, "id")),
+        sources=tuple(_texts(places, references, "source")),
+        scans=(*_scans(places, stations, "scan"), *_scans(places, [(location, epoch)], "registered")),
     )
 
 
@@ -87,15 +93,15 @@ def _tables(raw: object, location: Location) -> Iterator[Table]:
             yield (*location, number), item
 
 
-def _scans(raw: object, tables: Sequence[Table], key: str) -> Iterator[NamedScan]:
+def _scans(places: Places, tables: Sequence[Table], key: str) -> Iterator[NamedScan]:
     for location, table in tables:
-        for named in _texts(raw, [(location, table)], key):
+        for named in _texts(places, [(location, table)], key):
             part = table.get("part")
             yield NamedScan(named.where, named.text, part if isinstance(part, str | int) else None)
 
 
-def _texts(raw: object, tables: Sequence[Table], key: str) -> Iterator[Named]:
+def _texts(places: Places, tables: Sequence[Table], key: str) -> Iterator[Named]:
     for location, table in tables:
         value = table.get(key)
         if isinstance(value, str):
-            yield Named(place(raw, (*location, key)), value)
+            yield Named(places.name((*location, key)), value)

@@ -1,6 +1,7 @@
 """What is wrong with a campaign file, said line by line: where, what, and what to do."""
 
 import difflib
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
@@ -54,30 +55,43 @@ def problems_of(
 ) -> Iterator[Problem]:
     """List what pydantic found, in the words of the campaign file."""
     for details in error.errors(include_url=False):
-        location = _within(raw, details["loc"])
+        location = _within(raw, _without_kind(details["loc"], root))
         yield _problem(details, location, raw, root)
 
 
 def place(raw: object, location: Location) -> str:
     """Name a place in the file; items of lists by their id where they have one, else by their number."""
-    words: list[str] = []
-    here = raw
-    for step in location:
-        above, here = here, _step(here, step)
-        if isinstance(step, int):
-            words[-1] += f"[{_label(above, step)}]"
-        else:
-            words.append(step)
-    return ".".join(words)
+    return Places(raw).name(location)
 
 
-def _label(items: object, number: int) -> str:
-    """Id of an item; its number where it has none, and both where its neighbour has the same."""
-    ids = [_step(item, "id") for item in items] if isinstance(items, list) else []
-    name = ids[number] if number < len(ids) else None
-    if not isinstance(name, str):
-        return f"#{number + 1}"
-    return name if ids.count(name) == 1 else f"#{number + 1} {name}"
+class Places:
+    """Names places in one file; the ids of a list are read once, for a file may have thousands of them."""
+
+    def __init__(self, raw: object) -> None:
+        self.raw = raw
+        self._ids: dict[Location, Counter[str]] = {}
+
+    def name(self, location: Location) -> str:
+        """Name a place; items of lists by their id where they have one, else by their number."""
+        words: list[str] = []
+        here = self.raw
+        for depth, step in enumerate(location):
+            above, here = here, _step(here, step)
+            if isinstance(step, int):
+                words[-1] += f"[{self._label(location[:depth], above, step)}]"
+            else:
+                words.append(step)
+        return ".".join(words)
+
+    def _label(self, location: Location, items: object, number: int) -> str:
+        """Id of an item; its number where it has none, and both where its neighbour has the same."""
+        if location not in self._ids:
+            ids = [_step(item, "id") for item in items] if isinstance(items, list) else []
+            self._ids[location] = Counter(name for name in ids if isinstance(name, str))
+        name = _step(_step(items, number), "id")
+        if not isinstance(items, list) or not isinstance(name, str):
+            return f"#{number + 1}"
+        return name if self._ids[location][name] == 1 else f"#{number + 1} {name}"
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -94,7 +108,9 @@ def _problem(
     if kind == PROBLEM:
         return Problem(where, context["what"], context["hint"])
     if kind == "extra_forbidden":
-        return Problem(where, "unknown key", _known_keys(root, location))
+        return Problem(where, "unknown key", _known_keys(root, location, raw))
+    if kind in {"union_tag_invalid", "union_tag_not_found"}:
+        return _unknown_kind(where, context, _kinds_at(root, location))
     what = PLAIN.get(kind) or details["msg"].replace("Input should", "should").replace(
         "String should", "should"
     )
@@ -102,7 +118,16 @@ def _problem(
         what += f", got {_shown(details['input'])}"
     if kind in {"timezone_aware", "datetime_type"}:
         return Problem(where, what, TIME_HINT)
-    return Problem(where, what, _meaning(root, location))
+    return Problem(where, what, _meaning(root, location, raw))
+
+
+def _unknown_kind(where: str, context: Mapping[str, object], kinds: "_Kinds") -> Problem:
+    where = f"{where}.{kinds.key}"
+    if "tag" not in context:
+        return Problem(where, "is required", f"known: {', '.join(kinds.models)}")
+    return Problem(
+        where, f"{context['tag']!r} is not known", nearest(str(context["tag"]), list(kinds.models))
+    )
 
 
 def _within(raw: object, location: Location) -> Location:
@@ -127,9 +152,9 @@ def _step(raw: object, step: str | int) -> object:
     return None
 
 
-def _known_keys(root: type[BaseModel], location: Location) -> str:
+def _known_keys(root: type[BaseModel], location: Location, raw: object) -> str:
     *above, name = location
-    model = _model_at(root, tuple(above))
+    model = _model_at(root, tuple(above), raw)
     known = list(model.model_fields) if model else []
     close = difflib.get_close_matches(str(name), known, n=1, cutoff=0.6)
     if close:
@@ -140,12 +165,12 @@ def _known_keys(root: type[BaseModel], location: Location) -> str:
     return f"known: {', '.join(known)}"
 
 
-def _meaning(root: type[BaseModel], location: Location) -> str:
+def _meaning(root: type[BaseModel], location: Location, raw: object) -> str:
     names = [step for step in location if isinstance(step, str)]
     if not names:
         return ""
     end = max(index for index, step in enumerate(location) if isinstance(step, str))
-    model = _model_at(root, location[:end])
+    model = _model_at(root, location[:end], raw)
     field = model.model_fields.get(names[-1]) if model else None
     return f"meaning: {field.description}" if field and field.description else ""
 
@@ -159,7 +184,46 @@ def _tables(model: type[BaseModel], above: str = "") -> Iterator[tuple[str, type
             yield from _tables(child, f"{table}.")
 
 
-def _model_at(root: type[BaseModel], location: Location) -> type[BaseModel] | None:
+@dataclass(frozen=True, slots=True)
+class _Kinds:
+    """Tables of a list that come in kinds, as [[alarms]]: the key that tells them apart, and the models by its value."""
+
+    key: str
+    models: Mapping[str, type[BaseModel]]
+
+
+NO_KINDS: Final = _Kinds("", {})
+
+
+def _kinds_in(annotation: object) -> _Kinds:
+    parts = get_args(annotation)
+    if get_origin(annotation) is Annotated:
+        key = next((key for part in parts[1:] if (key := getattr(part, "discriminator", None))), None)
+        if isinstance(key, str):
+            models = [model for model in get_args(parts[0]) if issubclass(model, BaseModel)]
+            return _Kinds(key, {get_args(model.model_fields[key].annotation)[0]: model for model in models})
+    if get_origin(annotation) in {tuple, Union, UnionType, Annotated}:
+        return next((kinds for part in parts if (kinds := _kinds_in(part)).models), NO_KINDS)
+    return NO_KINDS
+
+
+def _kinds_at(root: type[BaseModel], location: Location) -> _Kinds:
+    field = root.model_fields.get(str(location[0])) if location else None
+    return NO_KINDS if field is None else _kinds_in(field.annotation)
+
+
+def _without_kind(location: Location, root: type[BaseModel]) -> Location:
+    """Drop the kind of a table, which pydantic puts behind its number."""
+    if len(location) > 2 and location[2] in _kinds_at(root, location).models:
+        return (*location[:2], *location[3:])
+    return location
+
+
+def _model_at(root: type[BaseModel], location: Location, raw: object) -> type[BaseModel] | None:
+    kinds = _kinds_at(root, location)
+    if kinds.models and len(location) > 1:
+        kind = _step(_step(_step(raw, location[0]), location[1]), kinds.key)
+        return kinds.models.get(str(kind))
     model: type[BaseModel] | None = root
     passed_table_of_tables = False
     for step in location:

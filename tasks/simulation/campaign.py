@@ -8,21 +8,20 @@ from typing import Final
 import numpy as np
 
 from storage.errors import UsageError
-from tasks.simulation.epoch import SimulatedStation, epoch_scene, set_up_epoch, simulate_epoch
+from tasks.simulation.attachments import Attachments
+from tasks.simulation.epoch import Body, SimulatedStation, epoch_scene, set_up_epoch, simulate_epoch
+from tasks.simulation.layout import Layout
 from tasks.simulation.movement import Movement
 from tasks.simulation.scanner import Scanner
 from tasks.simulation.shape import AxisTruth, Horizontal, ShaftShape, axis_truth
 from tasks.simulation.site import Surroundings, build_site
 from tasks.simulation.station import draw_station_places
 from tasks.simulation.structure import Fittings
-
-SHAFT_FOOT_M: Final = 2.0
-"""Lower end of the part that is sliced."""
+from tasks.simulation.wall import Wall
 
 REFERENCE_SIGMA: Final = 5e-5
 """Standard deviation of each component of the total station's lean vector."""
 
-_BELOW_PLATFORM_M: Final = 0.09
 _MONTHS_APART: Final = 3
 
 
@@ -30,7 +29,9 @@ _MONTHS_APART: Final = 3
 class SimulatedCampaignRequest:
     """What to simulate; the same request gives the same bytes.
 
-    ``points`` is a station's. ``shape`` is that of the first epoch, ``movement`` what the later ones add.
+    ``points`` is a station's. ``shape`` is that of the first epoch, ``movement`` what the later ones add. ``limits`` are
+    names of shipped tables, the first one counts. A chimney as in the paper is the default; ``tasks.simulation.kinds``
+    has the other kinds.
     """
 
     epochs: int = 4
@@ -42,6 +43,11 @@ class SimulatedCampaignRequest:
     scanner: Scanner = field(default_factory=Scanner)
     fittings: Fittings = field(default_factory=Fittings)
     surroundings: Surroundings = field(default_factory=Surroundings)
+    kind: str = "chimney"
+    limits: tuple[str, ...] = ("gb50078-concrete-quoted",)
+    layout: Layout = field(default_factory=Layout)
+    wall: Wall | None = None
+    attachments: Attachments | None = None
 
     def __post_init__(self) -> None:
         if min(self.epochs, self.stations, self.points) < 1 or self.seed < 0:
@@ -53,7 +59,20 @@ class SimulatedCampaignRequest:
     @property
     def shaft_top_m(self) -> float:
         """Upper end of the part that is sliced: just below the platform, or the top where there is none."""
-        return round(min(self.fittings.platform_z_m, self.shape.height_m) - _BELOW_PLATFORM_M, 3)
+        return round(min(self.fittings.platform_z_m, self.shape.height_m) - self.layout.below_top_m, 3)
+
+    @property
+    def shaft_z_m(self) -> tuple[float, float]:
+        """Lower and upper end of the part that is sliced."""
+        return self.layout.shaft_foot_m, self.shaft_top_m
+
+    @property
+    def radius_m(self) -> tuple[float, float]:
+        """Mean radius (of a square wall: half the side) at the two ends of the part that is sliced."""
+        ends_m = np.array(self.shaft_z_m)
+        added_m = np.zeros(2) if self.wall is None else self.wall.added_at(ends_m)
+        low, high = (self.shape.radius_at(ends_m) + added_m).tolist()
+        return low, high
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +111,7 @@ def draw_epochs(request: SimulatedCampaignRequest) -> tuple[SimulatedEpoch, ...]
     epochs = []
     for index in range(request.epochs):
         shape = request.movement.shape_at(request.shape, index)
-        truth = axis_truth(shape, SHAFT_FOOT_M, request.shaft_top_m)
+        truth = axis_truth(shape, *request.shaft_z_m)
         noise = REFERENCE_SIGMA * np.random.default_rng([request.seed, 1, index]).normal(size=2)
         reference = Horizontal(float(truth.lean.east + noise[0]), float(truth.lean.north + noise[1]))
         epochs.append(SimulatedEpoch(index, shape, truth, reference))
@@ -104,10 +123,11 @@ def scan_epochs(
 ) -> Iterator[tuple[SimulatedEpoch, Iterator[SimulatedStation]]]:
     """Scan epoch after epoch on one site; an epoch stays the same however many others are asked for."""
     site_rng = np.random.default_rng([request.seed, 0])
-    places_m = draw_station_places(request.stations, site_rng)
+    places_m = draw_station_places(request.stations, site_rng, request.layout)
+    body = Body(request.fittings, request.wall, request.attachments)
     site = build_site(places_m, site_rng, request.surroundings)
     for epoch in draw_epochs(request):
         rng = np.random.default_rng([request.seed, 2, epoch.index])
-        setups = set_up_epoch(site, places_m, request.scanner, rng)
-        scene = epoch_scene(site, epoch.shape, request.fittings)
+        setups = set_up_epoch(site, places_m, request.scanner, rng, request.layout)
+        scene = epoch_scene(site, epoch.shape, body)
         yield epoch, simulate_epoch(scene, epoch.shape, setups, request.scanner, request.points, rng)

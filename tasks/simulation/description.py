@@ -2,19 +2,21 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Final
 
 import numpy as np
 
 from tasks.conventions import azimuth_deg
-from tasks.simulation.campaign import REFERENCE_SIGMA, SHAFT_FOOT_M, SimulatedCampaignRequest, SimulatedEpoch
+from tasks.simulation.attachments import Attachments
+from tasks.simulation.campaign import REFERENCE_SIGMA, SimulatedCampaignRequest, SimulatedEpoch
 from tasks.simulation.epoch import SimulatedStation
 from tasks.simulation.mesh import Surface
 from tasks.simulation.movement import Movement
 from tasks.simulation.scanner import Scanner
 from tasks.simulation.shape import ShaftShape
 from tasks.simulation.structure import Fittings
+from tasks.simulation.wall import Wall
 
 _CONVENTIONS: Final = (
     "lean_fit: east, north, of the least-squares line to the true axis, uniform in height; headings clockwise from "
@@ -75,6 +77,12 @@ class EpochTruth:
     fittings: Fittings
     stations: list[StationTruth]
     points: int
+    wall: Wall | None = None
+    attachments: Attachments | None = None
+
+    def as_json(self) -> dict[str, object]:
+        """Everything as plain values; what a plain chimney has not is left out."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 def epoch_truth(
@@ -89,7 +97,7 @@ def epoch_truth(
         azimuth_deg=azimuth_deg(line.lean.east, line.lean.north),
         base_m=[line.base_m.east, line.base_m.north],
         bending_m=line.bending_m,
-        fitted_over_z_m=[SHAFT_FOOT_M, request.shaft_top_m],
+        fitted_over_z_m=list(request.shaft_z_m),
         conventions=_CONVENTIONS,
         seed=request.seed,
         shape=epoch.shape,
@@ -98,26 +106,28 @@ def epoch_truth(
         fittings=request.fittings,
         stations=list(stations),
         points=sum(station.points for station in stations),
+        wall=request.wall,
+        attachments=request.attachments,
     )
 
 
 def campaign_head(request: SimulatedCampaignRequest) -> str:
     """Everything of the campaign file but its epochs."""
     shape, scanner = request.shape, request.scanner
-    radius_m = shape.radius_at(np.array([SHAFT_FOOT_M, request.shaft_top_m]))
-    slices = int(request.shaft_top_m - SHAFT_FOOT_M - 0.01 + 1e-6) + 1
+    low_m, high_m = request.shaft_z_m
+    slices = int(high_m - low_m - 0.01 + 1e-6) + 1
     return f"""\
 # a simulated campaign: the truth of each epoch stands in its truth.json
 schema_version = 1
 
 [structure]
-id = "demo-chimney"
-name = "Simulated chimney"
-kind = "chimney"
-height_m = {request.shaft_top_m - 0.01:.1f}
-shaft_z_m = [{SHAFT_FOOT_M:.1f}, {request.shaft_top_m:.2f}]  # {slices} slices of 1 cm, one every metre
+id = "demo-{request.kind}"
+name = "Simulated {request.kind}"
+kind = "{request.kind}"
+height_m = {high_m - 0.01:.1f}
+shaft_z_m = [{low_m:.1f}, {high_m:.2f}]  # {slices} slices of 1 cm, one every metre
 base_xy_m = [{round(shape.base_m.east, 1) + 0.0}, {round(shape.base_m.north, 1) + 0.0}]
-radius_m = [{radius_m[0]:.1f}, {radius_m[1]:.1f}]
+radius_m = [{request.radius_m[0]:.2g}, {request.radius_m[1]:.2g}]
 
 [frame]
 axes = "ENU"
@@ -130,13 +140,18 @@ level_sigma_deg = {scanner.level_sigma_deg}
 position_sigma_m = [{scanner.position_sigma_m}, {scanner.height_sigma_m}]
 heading_sigma_deg = {scanner.heading_sigma_deg}
 
-[limits]
-table = "gb50078-concrete-quoted"
-
-[report]
+{_limits(request.limits)}[report]
 primary = ["S", "surface"]
 control = ["F", "paper"]
 """
+
+
+def _limits(names: Sequence[str]) -> str:
+    """The table of limits, nothing where there is none; the first one counts, the others are judged beside it."""
+    if not names:
+        return ""
+    also = f"also = [{', '.join(f'{chr(34)}{name}{chr(34)}' for name in names[1:])}]\n" if names[1:] else ""
+    return f'[limits]\ntable = "{names[0]}"\n{also}\n'
 
 
 def campaign_epoch(epoch: SimulatedEpoch, stations: Sequence[StationTruth]) -> str:

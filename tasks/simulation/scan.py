@@ -18,9 +18,6 @@ from tasks.simulation.station import Setup
 _PROBE_SHOTS: Final = 6000
 """Shots that tell which part of a window returns anything, before the step is chosen."""
 
-_MARGIN_M: Final = 2.5
-"""The fine window reaches that far beyond the structure."""
-
 _NEAREST_STRAY_M: Final = 2.0
 
 
@@ -44,18 +41,19 @@ class _Shots:
 
 def scan_windows(setup: Setup, shape: ShaftShape) -> tuple[Window, ...]:
     """Fine on the structure, coarser along the horizon, coarsest all around: as crews scan an object."""
+    margin_m = setup.margin_m
     middle_m = shape.axis_at(np.array([0.0, shape.height_m])).mean(axis=0)
     off_m = middle_m - setup.position_m[:2]
     distance_m = float(np.hypot(*off_m))
     spread_m = np.ptp(shape.axis_at(np.linspace(0.0, shape.height_m, 12)), axis=0).max()
-    reach_m = max(shape.radius_foot_m, shape.radius_top_m) + 0.5 * float(spread_m) + _MARGIN_M
-    top_m = shape.height_m + _MARGIN_M - float(setup.position_m[2])
+    reach_m = max(shape.radius_foot_m, shape.radius_top_m) + 0.5 * float(spread_m) + margin_m
+    top_m = shape.height_m + margin_m - float(setup.position_m[2])
     azimuth_rad = float(np.radians(azimuth_deg(float(off_m[0]), float(off_m[1])))) - setup.heading_rad
     return (
         Window(
             azimuth_rad,
             float(np.arctan2(reach_m, distance_m)),
-            float(np.arctan2(-_MARGIN_M, distance_m)),
+            float(np.arctan2(-margin_m, distance_m)),
             float(np.arctan2(top_m, distance_m)),
             0.6,
         ),

@@ -1,18 +1,34 @@
 """The shaft as a formula: its axis, its radius, and the line that is the truth of its lean."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import ShapeError
 
-BendForm = Literal["parabola", "cantilever"]
+BendForm = Literal["parabola", "cantilever", "sweep"]
 SectionPlane = Literal["horizontal", "perpendicular"]
 
 _QUADRATURE_NODES: Final = 8
 """Gauss-Legendre nodes: exact up to degree 15, the bending lines have degree 4."""
+
+_Profile = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+_BEND_SHARES: Final[dict[BendForm, _Profile]] = {
+    "parabola": lambda s: s**2,
+    "cantilever": lambda s: (6.0 * s**2 - 4.0 * s**3 + s**4) / 3.0,
+    "sweep": lambda s: 3.0 * s**2 - 2.0 * s**3,
+}
+"""Part of the top's bending that a share of the height has; the second dictionary has their derivatives."""
+
+_BEND_SLOPES: Final[dict[BendForm, _Profile]] = {
+    "parabola": lambda s: 2.0 * s,
+    "cantilever": lambda s: 4.0 * s - 4.0 * s**2 + 4.0 / 3.0 * s**3,
+    "sweep": lambda s: 6.0 * s - 6.0 * s**2,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +48,8 @@ class ShaftShape:
     """A tapered shaft that leans and may be bent and oval; site frame, z = 0 at its foot.
 
     ``lean`` (dimensionless) is the slope of the unbent axis. ``bend_top_m`` is how far bending moves the top:
-    ``parabola`` grows as z squared (heat on one side), ``cantilever`` is the line of a uniform load (wind).
+    ``parabola`` grows as z squared (heat on one side), ``cantilever`` is the line of a uniform load (wind), ``sweep``
+    that of a tree: bent in the middle, upright at both ends.
     ``taper_bow_m`` is the sagitta of the outline against a straight taper, positive outward. ``ovality`` is the
     relative amplitude of the second harmonic of the radius, largest towards ``ovality_azimuth_deg``.
     ``sections`` says which cut is round. With ``horizontal`` the centre of every level section is the axis itself;
@@ -58,13 +75,10 @@ class ShaftShape:
                 "a shaft needs a positive height and positive radii; "
                 f"got {self.height_m}, {self.radius_foot_m} and {self.radius_top_m} m"
             )
-        if self.bend_form not in ("parabola", "cantilever") or self.sections not in (
-            "horizontal",
-            "perpendicular",
-        ):
+        if self.bend_form not in get_args(BendForm) or self.sections not in get_args(SectionPlane):
             raise ShapeError(
                 f"unknown bend form {self.bend_form!r} or section plane {self.sections!r}; "
-                "known: parabola, cantilever; horizontal, perpendicular"
+                f"known: {', '.join(get_args(BendForm))}; {', '.join(get_args(SectionPlane))}"
             )
 
     def axis_at(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,7 +89,7 @@ class ShaftShape:
     def slope_at(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
         """Slope (..., 2) of the axis at heights (...): d(east, north)/dz."""
         s = z_m / self.height_m
-        share = 2.0 * s if self.bend_form == "parabola" else 4.0 * s - 4.0 * s**2 + 4.0 / 3.0 * s**3
+        share = _BEND_SLOPES[self.bend_form](s)
         return self.lean.as_array() + (share / self.height_m)[..., None] * self.bend_top_m.as_array()
 
     def radius_at(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -91,9 +105,7 @@ class ShaftShape:
         )
 
     def _bend_share(self, s: NDArray[np.float64]) -> NDArray[np.float64]:
-        if self.bend_form == "parabola":
-            return np.asarray(s**2)
-        return np.asarray((6.0 * s**2 - 4.0 * s**3 + s**4) / 3.0)
+        return np.asarray(_BEND_SHARES[self.bend_form](s))
 
 
 @dataclass(frozen=True, slots=True)

@@ -49,13 +49,14 @@ class Site:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """How many things stand around; as many as find room are placed."""
+    """How many things stand around; as many as find room are placed, all of them ``keep_off_m`` farther out."""
 
     houses: int = 14
     trees: int = 45
     lamp_posts: int = 8
     tanks: int = 1
     leaves_per_tree: int = 320
+    keep_off_m: float = 0.0
 
 
 def draw_terrain(rng: np.random.Generator) -> Terrain:
@@ -87,19 +88,21 @@ def build_site(
     """
     wanted = surroundings or Surroundings()
     terrain = draw_terrain(rng)
-    room = _Room(stations_m, rng)
+    room, off_m = _Room(stations_m, rng), wanted.keep_off_m
     # the large things first: they need the room
     houses = [
-        _draw_house(place_m, terrain, rng) for place_m in room.claim(wanted.houses, 25.0, 330.0, clear_m=13.0)
+        _draw_house(place_m, terrain, rng)
+        for place_m in room.claim(wanted.houses, 25.0 + off_m, 330.0, clear_m=13.0)
     ]
     tanks = [
-        _draw_tank(place_m, terrain, rng) for place_m in room.claim(wanted.tanks, 25.0, 90.0, clear_m=7.0)
+        _draw_tank(place_m, terrain, rng)
+        for place_m in room.claim(wanted.tanks, 25.0 + off_m, 90.0 + off_m, clear_m=7.0)
     ]
     trees = [
         _draw_tree(place_m, terrain, wanted.leaves_per_tree, rng)
-        for place_m in room.claim(wanted.trees, 30.0, 340.0, clear_m=4.0)
+        for place_m in room.claim(wanted.trees, 30.0 + off_m, 340.0, clear_m=4.0)
     ]
-    posts_m = room.claim(wanted.lamp_posts, 15.0, 120.0, clear_m=1.0)
+    posts_m = room.claim(wanted.lamp_posts, 15.0 + off_m, 120.0 + off_m, clear_m=1.0)
     return Site(
         terrain,
         (

@@ -9,11 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from storage.errors import ShapeError
 from tasks.conventions import rotation_site_scanner
+from tasks.simulation.layout import Layout
 from tasks.simulation.scanner import Scanner
 from tasks.simulation.site import Terrain
-
-NEAREST_M: Final = 200.0
-FARTHEST_M: Final = 300.0
 
 _UNEVENNESS: Final = 0.3
 """Azimuths stray from even ones by up to that share of their spacing."""
@@ -27,7 +25,8 @@ class Setup:
     """One set-up of a scanner: the truth, and the stated pose that the crew writes down.
 
     ``position_m`` and ``stated_position_m`` (3,) are of the scanner's centre in the site frame. The level errors
-    are true rotations about site east and north that the crew does not know: they are in the points.
+    are true rotations about site east and north that the crew does not know: they are in the points. ``margin_m`` is how
+    far beyond the structure the crew lets the fine window reach.
     """
 
     station: str
@@ -37,6 +36,7 @@ class Setup:
     level_north_rad: float
     stated_position_m: NDArray[np.float64]
     stated_heading_rad: float
+    margin_m: float = Layout().margin_m
 
     @property
     def rotation_site_scanner(self) -> NDArray[np.float64]:
@@ -49,13 +49,15 @@ class Setup:
         return np.asarray(points_scanner_m @ self.rotation_site_scanner.T + self.position_m)
 
 
-def draw_station_places(n: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Draw ``n`` places (n, 2) around the origin, 200 to 300 m away, at uneven azimuths."""
+def draw_station_places(
+    n: int, rng: np.random.Generator, layout: Layout | None = None
+) -> NDArray[np.float64]:
+    """Draw ``n`` places (n, 2) around the origin, as far away as the layout says, at uneven azimuths."""
     if n < 1:
         raise ShapeError(f"a campaign needs at least 1 station; got {n}")
     spacing_rad = 2.0 * np.pi / n
     azimuth_rad = (np.arange(n) + rng.uniform(-_UNEVENNESS, _UNEVENNESS, n) + rng.uniform()) * spacing_rad
-    distance_m = rng.uniform(NEAREST_M, FARTHEST_M, n)
+    distance_m = rng.uniform(*(layout or Layout()).distance_m, n)
     return np.column_stack([distance_m * np.sin(azimuth_rad), distance_m * np.cos(azimuth_rad)])
 
 
@@ -65,6 +67,7 @@ def set_up_station(
     terrain: Terrain,
     scanner: Scanner,
     rng: np.random.Generator,
+    margin_m: float = Layout().margin_m,
 ) -> Setup:
     """Set up a scanner at a place (2,) with a random heading, level error, and stated pose.
 
@@ -85,4 +88,5 @@ def set_up_station(
         float(level_rad[1]),
         stated_position_m,
         float(stated_heading_rad % (2.0 * np.pi)),
+        margin_m,
     )

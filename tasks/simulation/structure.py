@@ -8,12 +8,9 @@ from numpy.typing import NDArray
 
 from tasks.simulation.mesh import Mesh, Surface, beams, merge, tube
 from tasks.simulation.shape import ShaftShape
-
-CHORD_TOLERANCE_M: Final = 2e-5
-"""How far the facets of the shaft may lie inside the round surface; it is even all around."""
+from tasks.simulation.wall import BELOW_GROUND_M, CHORD_TOLERANCE_M, Wall, wall_mesh
 
 _RING_STEP_M: Final = 2.0
-_BELOW_GROUND_M: Final = 1.5
 _RAIL_SEGMENT_M: Final = 3.0
 _PLATFORM_CORNERS: Final = 48
 
@@ -36,12 +33,14 @@ class Fittings:
     rung_spacing_m: float = 0.3
 
 
-def structure_meshes(shape: ShaftShape, fittings: Fittings) -> list[tuple[Surface, Mesh]]:
-    """Meshes of the shaft and of what hangs on it, site frame.
+def structure_meshes(
+    shape: ShaftShape, fittings: Fittings, wall: Wall | None = None
+) -> list[tuple[Surface, Mesh]]:
+    """Meshes of the shaft and of what hangs on it, site frame; without ``wall`` it is smooth and round.
 
     A platform that lies above the top of the shaft is left out, and the ladder then ends 1 m below the top.
     """
-    meshes = [(Surface.SHAFT, shaft_mesh(shape))]
+    meshes = [(Surface.SHAFT, shaft_mesh(shape) if wall is None else wall_mesh(shape, wall))]
     has_platform = fittings.platform_z_m < shape.height_m
     top_m = fittings.platform_z_m if has_platform else shape.height_m - 1.0
     if has_platform:
@@ -56,7 +55,7 @@ def shaft_mesh(shape: ShaftShape) -> Mesh:
     widest_m = max(shape.radius_foot_m, shape.radius_top_m) + abs(shape.taper_bow_m)
     n = int(np.ceil(np.pi / np.arccos(1.0 - CHORD_TOLERANCE_M / widest_m)))
     z_m = np.linspace(
-        -_BELOW_GROUND_M, shape.height_m, int(np.ceil((shape.height_m + _BELOW_GROUND_M) / _RING_STEP_M)) + 1
+        -BELOW_GROUND_M, shape.height_m, int(np.ceil((shape.height_m + BELOW_GROUND_M) / _RING_STEP_M)) + 1
     )
     azimuth_rad = np.arange(n) * 2.0 * np.pi / n
     reach_m = shape.radius_at(z_m)[:, None] * shape.roundness_at(azimuth_rad)

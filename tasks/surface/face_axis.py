@@ -20,13 +20,15 @@ common tolerance of form work, not a measured value. It is 50 mm in the lean of 
 class AxisOfFaces:
     """The straight line between the faces.
 
-    ``middle_m`` (2,) at the middle height, ``lean`` (2,) with its covariance (2, 2), distances ``half_m`` (m,) of the
+    ``middle_m`` (2,) at the middle height, ``lean`` (2,) with its covariance (2, 2) and what takes it
+    out of the unknowns of the equations (2, p), distances ``half_m`` (m,) of the
     faces from it and their ``taper`` (m,); ``bending_m`` and ``assumption`` as in ``FacesFit``.
     """
 
     middle_m: NDArray[np.float64]
     lean: NDArray[np.float64]
     lean_covariance: NDArray[np.float64]
+    lean_of: NDArray[np.float64]
     half_m: NDArray[np.float64]
     taper: NDArray[np.float64]
     bending_m: float | None
@@ -58,6 +60,8 @@ def axis_of_faces(state: FaceState, equations: FaceEquations) -> AxisOfFaces | F
     lean = from_slopes @ slope
     places = np.arange(len(slope)) * (equations.n_terms + 1) + 1
     spread = equations.covariance()[np.ix_(places, places)] / state.half_height_m**2
+    lean_of = np.zeros((2, len(equations.right)))
+    lean_of[:, places] = from_slopes / state.half_height_m
     assumed = np.diag(np.where(planes.lone, TAPER_SIGMA**2, 0.0))
     # across a direction of which one face is seen the place stays: only the lean can be told
     across = np.where(planes.lone[:, None], 0.0, planes.rows)
@@ -66,6 +70,7 @@ def axis_of_faces(state: FaceState, equations: FaceEquations) -> AxisOfFaces | F
         middle_m=state.middle_m + shift,
         lean=state.lean + lean,
         lean_covariance=np.asarray(from_slopes @ spread @ from_slopes.T + solve @ assumed @ solve.T),
+        lean_of=lean_of,
         half_m=state.distance_m[:, 0] - normal @ shift,
         taper=slope - normal @ lean,
         bending_m=None if planes.lone.any() else _bending_m(solve @ planes.rows @ state.distance_m),

@@ -24,6 +24,7 @@ from tasks.surface.face_equations import (
     is_bent,
     solve_faces,
 )
+from tasks.surface.face_form import face_form
 
 MOST_STEPS: Final = 40
 
@@ -120,6 +121,8 @@ class FacesFit:
         Lean vector (d_east/d_up, d_north/d_up) of the straight line that fits the axis best, uniformly over the height.
     lean_covariance : (2, 2) array
         Its covariance from the points alone, which are taken as independent, and from ``assumption``.
+    form_covariance : (2, 2) array
+        What the form of the faces adds to it: pieces of them that are off their plane.
     base_m : (2,) array
         East and north of that line at z = 0, site frame, metres.
     middle_m : (3,) array
@@ -141,6 +144,7 @@ class FacesFit:
 
     lean: NDArray[np.float64]
     lean_covariance: NDArray[np.float64]
+    form_covariance: NDArray[np.float64]
     base_m: NDArray[np.float64]
     middle_m: NDArray[np.float64]
     faces: tuple[FaceFit, ...]
@@ -193,7 +197,7 @@ def fit_faces(points_m: NDArray[np.float64], start: FacesStart) -> FacesFit | Fi
 class _Settled:
     state: FaceState
     equations: FaceEquations
-    sigma_m: float
+    cut: Cut
     iterations: int
 
 
@@ -241,7 +245,7 @@ def _settle(points_m: NDArray[np.float64], state: FaceState) -> _Settled | FitFa
         state = state.moved(step)
         last_gate = LAST_GATE_SIGMAS * cut.sigma_m
         if gate <= 1.01 * last_gate and step.largest(cut.sigma_m) <= STEP_SIGMAS:
-            return _Settled(state, equations, cut.sigma_m, iteration)
+            return _Settled(state, equations, cut, iteration)
         gate = max(GATE_SHRINK * gate, last_gate)
     return FitFailure(f"the planes of the faces did not settle in {MOST_STEPS} steps")
 
@@ -287,13 +291,14 @@ def _fit_of(points_m: NDArray[np.float64], settled: _Settled) -> FacesFit | FitF
     return FacesFit(
         lean=axis.lean,
         lean_covariance=axis.lean_covariance,
+        form_covariance=face_form(points_m, state, settled.cut, equations, axis.lean_of),
         base_m=axis.middle_m - state.z_mid_m * axis.lean,
         middle_m=np.append(axis.middle_m, state.z_mid_m),
         faces=tuple(_face(i, axis, state, equations) for i in range(len(state.azimuth_rad))),
         twist_rad_per_m=state.twist_rad_per_m,
         twist_sigma_rad_per_m=twist_sigma,
         bending_m=axis.bending_m,
-        noise_m=settled.sigma_m,
+        noise_m=settled.cut.sigma_m,
         n_points=len(points_m),
         n_used=int(equations.n_used.sum()),
         iterations=settled.iterations,

@@ -24,6 +24,10 @@ SAMPLE: Final = 200_000
 """Points, evenly taken, that bring the surface near enough for all of them to be looked at only a few times."""
 
 MOST_STEPS: Final = 40
+SWINGING_STEPS: Final = 15
+"""From then on a step back is halved: on a smooth wall the weights of points at the edge of the robust loss can make radii
+swing by micrometres for ever, with steps as long there as back."""
+
 MOST_PASSES: Final = 12
 STRICT_PASSES: Final = 6
 """From then on it is enough that the axis holds still within ``NEAR_SIGMAS``: a point that is now in one cell, now in the
@@ -190,6 +194,7 @@ def _coverage_deg(cells: Cells) -> float:
 def _settle(sample: SurfacePoints, profile: Profile, grid: Grid, task: SurfaceTask) -> Profile | FitFailure:
     """Iterate on the sample, its noise estimated anew at first, until the steps are small."""
     radius_m = float(np.abs(profile.values_m).max())
+    last = np.zeros(len(profile.values_m))
     for number in range(MOST_STEPS):
         if number < FREE_SCALES:
             noise = noise_by_direction(sample, _table(profile, task), radius_m)
@@ -199,7 +204,9 @@ def _settle(sample: SurfacePoints, profile: Profile, grid: Grid, task: SurfaceTa
         weighed = Weighed(cells, np.ones(len(cells.weight)), _pose_terms(cells, profile, task))
         normal = normal_of(weighed, profile.form, profile.values_m)
         step = normal.step()
-        profile = profile.moved(step)
+        if number >= SWINGING_STEPS and step @ normal.matrix @ last < 0.0:
+            step = 0.5 * step
+        profile, last = profile.moved(step), step
         if not np.isfinite(profile.values_m).all():
             return FitFailure("the surface ran away: needed finite coefficients")
         if number >= FREE_SCALES and _is_small(step, profile, normal, NEAR_SIGMAS):

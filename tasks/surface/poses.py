@@ -17,10 +17,14 @@ PARAMETERS = 6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StationPoses:
-    """Stations at ``positions_m`` (s, 3), site frame, metres, and the covariance (6 s, 6 s) of their poses."""
+    """Stations at ``positions_m`` (s, 3), site frame, metres, and the covariance (6 s, 6 s) of their poses.
+
+    ``frame_covariance`` is the part of it that the frame of the reference epoch brings along; None where nothing does.
+    """
 
     positions_m: NDArray[np.float64]
     covariance: NDArray[np.float64]
+    frame_covariance: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         n = PARAMETERS * len(self.positions_m)

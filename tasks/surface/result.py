@@ -44,8 +44,9 @@ def fit_form(request: SurfaceRequest, form: Form, *, chooses: bool, variant: str
         n_used=int(adjusted.cells.n_used.sum()),
         coverage_deg=adjusted.coverage_deg,
         passes=adjusted.passes,
-        base_covariance=spread.base_points,
-        base_pose_jacobian=spread.base_pose_jacobian,
+        parameter_names=spread.parameter_names,
+        parameter_values=spread.parameter_values,
+        joint=spread.joint,
     )
 
 

@@ -6,10 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from tasks.geometry.axis_parameters import JointParts
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.choice import FULL_COVERAGE_DEG
 from tasks.surface.fit import Adjusted
 from tasks.surface.form import Form, kept_in
+from tasks.surface.joint import names_of, rows_of, scale_of, values_of
 from tasks.surface.normal import Normal, Weighed, mean_radius_m, normal_of, prior_matrix
 from tasks.surface.pieces import small_equations
 from tasks.surface.poses import StationPoses, by_own_pose, jacobian_of_poses
@@ -19,6 +21,9 @@ from tasks.surface.wall_modes import wall_modes
 HEIGHTS_OF_CLUSTER: Final = 24
 SECTORS_OF_CLUSTER: Final = 9
 """Pieces of the wall that are drawn together: a 24th of its height by 45 degrees."""
+
+BENT: Final = 2
+"""Order of an axis that bends once."""
 
 RESAMPLES: Final = 400
 SEED: Final = 20250314
@@ -41,10 +46,10 @@ class Spread:
         What the lean changes by if a station that saw the shaft is left out; None with one such station.
     pose_jacobian : (2, 6 s) array or None
         What the lean changes by with the pose parameters of the stations; None where their positions are not known.
-    base_points : (2, 2) array
-        The same of the axis at z = 0, from points and form together, square metres.
-    base_pose_jacobian : (2, 6 s) array or None
-        What the axis at z = 0 moves by with the pose parameters.
+    parameter_names, parameter_values : tuple of str, (p,) array
+        Parameters of axis and radius (``tasks.surface.joint``), site frame.
+    joint : JointParts
+        Their joint covariance: points and poses, and the form of the wall.
     """
 
     points: NDArray[np.float64]
@@ -52,8 +57,9 @@ class Spread:
     bootstrap: NDArray[np.float64] | None
     station_leans: NDArray[np.float64] | None
     pose_jacobian: NDArray[np.float64] | None
-    base_points: NDArray[np.float64]
-    base_pose_jacobian: NDArray[np.float64] | None
+    parameter_names: tuple[str, ...]
+    parameter_values: NDArray[np.float64]
+    joint: JointParts
 
 
 def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -> Spread:
@@ -69,8 +75,8 @@ def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -
         Where they stood and how well that is known.
     """
     equations = _Equations(adjusted.normal, adjusted.profile.form)
-    lean_pull, base_pull = (adjusted.normal.pull(rows) for rows in (equations.lean_of, equations.base_of))
-    small = _asked_for(adjusted)
+    lean_pull = adjusted.normal.pull(equations.lean_of)
+    small, wide = _asked_for(adjusted), _with_bending(adjusted)
     return Spread(
         points=_noise(adjusted, lean_pull),
         form=_wall(adjusted, lean_pull)
@@ -79,11 +85,9 @@ def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -
         bootstrap=_bootstrap(adjusted.cells, small),
         station_leans=_without_each(adjusted.cells, _straightened(adjusted), n_stations),
         pose_jacobian=None if poses is None else _by_poses(adjusted, lean_pull, poses),
-        base_points=_noise(adjusted, base_pull)
-        + wall_form(adjusted.cells, adjusted.normal, base_pull)
-        + _out_of_round(adjusted, equations.base_of)
-        + _left_out(adjusted, base_pull),
-        base_pose_jacobian=None if poses is None else _by_poses(adjusted, base_pull, poses),
+        parameter_names=names_of(wide.profile.form),
+        parameter_values=values_of(wide.profile),
+        joint=_joint(wide, poses),
     )
 
 
@@ -99,13 +103,6 @@ class _Equations:
         """Matrix (2, p) that takes the lean out of coefficients."""
         pick = np.zeros((2, self.form.size))
         pick[[0, 1], self.form.lean_rows] = 1.0 / self.form.half_m
-        return pick
-
-    @property
-    def base_of(self) -> NDArray[np.float64]:
-        """Matrix (2, p) that takes the straight axis at z = 0 out of coefficients."""
-        pick = -self.form.middle_m * self.lean_of
-        pick[[0, 1], [0, self.form.n_axis]] = 1.0
         return pick
 
 
@@ -127,8 +124,47 @@ def _straightened(adjusted: Adjusted) -> _Equations:
     return _Equations(adjusted.normal.kept(kept_in(small, form)), small)
 
 
+def _with_bending(adjusted: Adjusted) -> Adjusted:
+    """The surface with bending that may be nothing: epochs are compared by it, whether one asks for it or not.
+
+    One step brings the bending; axis and radius stay as they are stated.
+    """
+    form = adjusted.profile.form
+    if form.axis_order >= BENT:
+        return adjusted
+    large = replace(form, axis_order=BENT)
+    values = np.zeros(large.size)
+    values[kept_in(form, large)] = adjusted.profile.values_m
+    weighed = Weighed(adjusted.cells, adjusted.blocks.share, adjusted.normal.poses)
+    normal = normal_of(weighed, large, values)
+    bend = [BENT, large.n_axis + BENT]
+    values[bend] = normal.step()[bend]
+    return replace(adjusted, profile=replace(adjusted.profile, form=large, values_m=values), normal=normal)
+
+
+def _joint(adjusted: Adjusted, poses: StationPoses | None) -> JointParts:
+    """Joint covariance (p, p) of the parameters of axis and radius."""
+    form = adjusted.profile.form
+    scale = scale_of(form)
+    rows = rows_of(form) * scale[:, None]
+    pull = adjusted.normal.pull(rows)
+    own, frame = _noise(adjusted, pull), np.zeros((len(pull), len(pull)))
+    if poses is not None:
+        jacobian = _by_poses(adjusted, pull, poses)
+        own = own + jacobian @ poses.covariance @ jacobian.T
+        if poses.frame_covariance is not None:
+            frame = jacobian @ poses.frame_covariance @ jacobian.T
+    wall = (
+        wall_form(adjusted.cells, adjusted.normal, pull)
+        + _out_of_round(adjusted, rows)
+        + _left_out(adjusted, pull)
+    )
+    both = np.outer(scale, scale)
+    return JointParts(np.asarray(own / both), np.asarray(wall / both), np.asarray(frame / both))
+
+
 def _noise(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance (2, 2) from the noise of the points alone."""
+    """Covariance (k, k) from the noise of the points alone."""
     return np.asarray(pull * (adjusted.cells.robust_price / adjusted.cells.weight) @ pull.T)
 
 
@@ -143,10 +179,10 @@ def _wall(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _left_out(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance (2, 2) by harmonics that were left out, as far as the points leave them open."""
+    """Covariance (k, k) by harmonics that were left out, as far as the points leave them open."""
     form = adjusted.profile.form
     if form.harmonics >= adjusted.full.harmonics:
-        return np.zeros((2, 2))
+        return np.zeros((len(pull), len(pull)))
     large = replace(adjusted.full, axis_order=form.axis_order, free=(form.harmonics, form.harmonic_order))
     start = np.zeros(large.size)
     start[kept_in(form, large)] = adjusted.profile.values_m
@@ -159,7 +195,7 @@ def _left_out(adjusted: Adjusted, pull: NDArray[np.float64]) -> NDArray[np.float
 
 
 def _out_of_round(adjusted: Adjusted, rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance (2, 2) that harmonics which are held near zero may cause."""
+    """Covariance (k, k) that harmonics which are held near zero may cause."""
     form, values_m = adjusted.profile.form, adjusted.profile.values_m
     prior = prior_matrix(form, mean_radius_m(form, values_m))[np.ix_(form.held, form.held)]
     gain = (rows @ adjusted.normal.covariance())[:, form.held]
@@ -167,7 +203,7 @@ def _out_of_round(adjusted: Adjusted, rows: NDArray[np.float64]) -> NDArray[np.f
 
 
 def _by_poses(adjusted: Adjusted, pull: NDArray[np.float64], poses: StationPoses) -> NDArray[np.float64]:
-    """Change (2, 6 s) with rotations (east, north, up) and shifts of the stations."""
+    """Change (k, 6 s) with rotations (east, north, up) and shifts of the stations."""
     own = by_own_pose(adjusted.cells, adjusted.profile, poses)
     return jacobian_of_poses(adjusted.cells, own, pull, len(poses.positions_m))
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit
+from tasks.geometry.axis_parameters import JointParts
 from tasks.geometry.failure import FitFailure
 from tasks.surface.cells import SurfacePoints
 from tasks.surface.fit import SurfaceStart
@@ -81,10 +82,12 @@ class SurfaceFit:
         Circumference with points, mean over the height, degrees.
     passes : int
         Looks at all points.
-    base_covariance : (2, 2) array
-        Covariance of the line at z = 0 from points and form, square metres.
-    base_pose_jacobian : (2, 6 s) array or None
-        Change of the line at z = 0 with the poses of the stations.
+    parameter_names : tuple of str
+        Parameters of axis and radius (``tasks.geometry.axis_parameters``).
+    parameter_values : (p,) array
+        Their values, site frame.
+    joint : JointParts
+        Their joint covariance.
     """
 
     lean: NDArray[np.float64]
@@ -101,8 +104,9 @@ class SurfaceFit:
     n_used: int
     coverage_deg: float
     passes: int
-    base_covariance: NDArray[np.float64]
-    base_pose_jacobian: NDArray[np.float64] | None
+    parameter_names: tuple[str, ...]
+    parameter_values: NDArray[np.float64]
+    joint: JointParts
 
 
 @dataclass(frozen=True, slots=True)

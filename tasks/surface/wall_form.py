@@ -29,8 +29,8 @@ SIGNIFICANT: Final = 2.0
 """Form counts from this many standard deviations of its own statistic on: noise alone must not look like form."""
 
 
-def wall_form(cells: Cells, normal: Normal, lean_pull: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Covariance (2, 2) of the lean vector that the form of the wall causes.
+def wall_form(cells: Cells, normal: Normal, pull: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Covariance (k, k) that the form of the wall causes in what follows the cells by (k, c), such as the lean vector.
 
     Parameters
     ----------
@@ -38,16 +38,16 @@ def wall_form(cells: Cells, normal: Normal, lean_pull: NDArray[np.float64]) -> N
         Residuals of the surface at its minimum.
     normal : Normal
         Its normal equations.
-    lean_pull : (2, c) array
-        How the lean follows the residuals of the cells (``Normal.pull``).
+    pull : (k, c) array
+        How that follows the residuals of the cells (``Normal.pull``); all in one unit, since their sum is compared.
     """
     residual_m = normal.without_poses(cells.residual_m)
-    largest = np.zeros((2, 2))
+    largest = np.zeros((len(pull), len(pull)))
     for size in BLOCK_SIZES:
         block = blocks_of_cells(cells, size)
         variance = _form_variance(cells.moved(cells.residual_m - residual_m), normal, block)
-        pull = np.stack([np.bincount(block, row) for row in lean_pull])
-        found = variance * pull @ pull.T
+        of_blocks = np.stack([np.bincount(block, row) for row in pull])
+        found = variance * of_blocks @ of_blocks.T
         largest = found if np.trace(found) > np.trace(largest) else largest
     return np.asarray(largest)
 

@@ -7,6 +7,7 @@ from tasks.uncertainty.jackknife import (
     jackknife_covariance,
     state_covariance,
 )
+from tasks.uncertainty.joint_slices import JointSlices, PlacedStations, SlicedShaft, joint_parts, joint_slices
 from tasks.uncertainty.poses import combine, propagate_directional_poses, propagate_poses
 from tasks.uncertainty.slice_bootstrap import bootstrap_slices
 from tasks.uncertainty.slice_runs import form_of_slices
@@ -21,7 +22,10 @@ from tasks.uncertainty.station_sums import (
 )
 
 __all__ = [
+    "JointSlices",
+    "PlacedStations",
     "Skin",
+    "SlicedShaft",
     "Source",
     "Stated",
     "base_leverage",
@@ -31,6 +35,8 @@ __all__ = [
     "form_of_slices",
     "hotelling_factor",
     "jackknife_covariance",
+    "joint_parts",
+    "joint_slices",
     "leverage",
     "moved_by_poses",
     "pose_jacobian",

@@ -5,6 +5,8 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Iterable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ import pytest
 from flows.ledger import StageEvent
 from flows.run_campaign import RunRequest, run_campaign
 from storage.errors import ShapeError
-from storage.records import TABLES
+from storage.records import TABLES, StageRunRow
 from storage.verify import verify_workspace
 from storage.workspace import Workspace
 from tasks.preprocessing import isolate_shaft
@@ -172,3 +174,12 @@ def test_two_runs_at_once_both_end_well_and_compute_and_publish_everything_once(
     computed = Counter((row.epoch, row.stage) for run in runs for row in run if row.state == "computed")
     assert computed
     assert [stage for stage, times in computed.items() if times > 1] == []
+    for epoch in (FIRST, SECOND):
+        spans = sorted(_span(row for row in run if row.epoch == epoch) for run in runs)
+        assert spans[0][1] <= spans[1][0], f"both runs were in {epoch} at once"
+
+
+def _span(rows: Iterable[StageRunRow]) -> tuple[datetime, datetime]:
+    """From when the first stage was asked for to when the last one had ended, as far as the ledger knows."""
+    known = [(row.started_at, row.started_at + timedelta(seconds=row.seconds or 0.0)) for row in rows]
+    return min(start for start, _end in known), max(end for _start, end in known)

@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from storage.catalog import rebuild_catalog
+from storage.series import publish_series
 from storage.views import change_rows
-from tasks.epoch_difference import epoch_differences
+from tasks.epoch_difference import epoch_tests
 from tests.flows.calls import call
 from tests.flows.stored_campaign import Stored, publish, publish_without_result, stored_campaign
 
@@ -169,23 +171,44 @@ def test_compare_names_the_primary_and_its_significance(
     publish(stored, "e2", 1, moved_m=0.05)
     called = call(capsys, "compare", stored.file, "e2", "e1")
     assert called.code == 0
-    title, first, second = called.out.splitlines()
+    title, first, second, *besides = called.out.splitlines()
     assert title == "Heritage chimney: movement of the top at 102 m from e1 to e2"
     assert first.startswith(
         "A/paper: 50.00 ± 5.77 mm (k=2), east +50.00 mm, north +0.00 mm, significant (p = "
     )
     assert first.endswith("  <- primary")
     assert second.startswith("F/paper: 50.00 ± 5.77 mm")
+    assert besides[1] == "A/paper besides:"
+    assert besides[2].startswith("base of the axis (z = 0) moved 0.00 ± ")
 
 
 def test_difference_of_two_epochs_is_that_of_the_catalog(stored: Stored) -> None:
     publish(stored, "e1", 0)
     publish(stored, "e2", 1, moved_m=0.003)
-    ours = epoch_differences(stored.workspace, "chimney-01", "e2", "e1")
+    tests = epoch_tests(stored.workspace, "chimney-01", "e2", "e1")
+    publish_series(stored.workspace, "chimney-01", {"change_tests": tests})
+    before = change_rows(stored.workspace, "chimney-01", "e2")
+    rebuild_catalog(stored.workspace)
+    ours = [row for row in tests if row.quantity == "lean"]
     for row, stated in zip(ours, change_rows(stored.workspace, "chimney-01", "e2"), strict=True):
-        for name in ("d_top_m", "sigma_top_m", "chi2", "p_value", "smallest_detectable_m", "d_cov_en"):
-            assert getattr(row, name) == pytest.approx(getattr(stated, name), rel=1e-9), name
-        assert row.significant == stated.significant
+        for name, of_view in NAMES_IN_VIEW.items():
+            assert getattr(row, name) == pytest.approx(getattr(stated, of_view), rel=1e-5), name
+        assert (row.significant, row.basis) == (stated.significant, stated.basis)
+    # nothing is in common here: the view says the same before the epochs are compared, and that they are not yet
+    for row, stated in zip(before, change_rows(stored.workspace, "chimney-01", "e2"), strict=True):
+        assert row.chi2 == pytest.approx(stated.chi2)
+        assert row.basis == "sum of both"
+
+
+NAMES_IN_VIEW = {
+    "d_east": "d_lean_east",
+    "size_m": "d_top_m",
+    "sigma_m": "sigma_top_m",
+    "statistic": "chi2",
+    "p_value": "p_value",
+    "smallest_detectable_m": "smallest_detectable_m",
+    "d_cov_en": "d_cov_en",
+}
 
 
 def test_compare_answers_programs(capsys: pytest.CaptureFixture[str], stored: Stored) -> None:
@@ -216,7 +239,7 @@ def test_compare_with_an_unprocessed_epoch_says_what_to_do(
     publish(stored, "e1", 0)
     called = call(capsys, "compare", stored.file, "e2", "e1")
     assert called.code == 3
-    assert "no scheme has an axis in both e2 and e1; `tiltwatch run" in called.err
+    assert "epoch e2 of chimney-01 is not stored yet; `tiltwatch run` processes it" in called.err
 
 
 @pytest.mark.parametrize("deep", [[], ["--deep"]])

@@ -24,6 +24,7 @@ from storage.records import (
     StationRow,
     SurfaceMapRow,
     TiltRow,
+    VerdictRow,
 )
 from storage.workspace import Workspace
 from tests.storage.samples import bare_row
@@ -251,12 +252,45 @@ def alarm_event_row(event: str, action: str = "raised", hours: int = 0) -> Alarm
     )
 
 
-def axis_parameter_row(epoch: str) -> AxisParameterRow:
-    return AxisParameterRow(STRUCTURE, epoch, "A", "paper", "base_east", 0, 0.012, 0.003)
+def axis_parameter_rows(tilt: TiltRow) -> list[AxisParameterRow]:
+    """The straight axis of a row of tilt, its base known to 3 mm."""
+    names = ("base_east", "base_north", "lean_east", "lean_north")
+    values = (tilt.base_east_m, tilt.base_north_m, tilt.lean_east, tilt.lean_north)
+    sigmas = (0.003, 0.003, math.sqrt(tilt.lean_cov_ee or 0.0), math.sqrt(tilt.lean_cov_nn or 0.0))
+    return [
+        AxisParameterRow(STRUCTURE, tilt.epoch, tilt.scheme, tilt.method, name, place, value, sigma)
+        for place, (name, value, sigma) in enumerate(zip(names, values, sigmas, strict=True))
+    ]
 
 
-def axis_covariance_row(epoch: str) -> AxisCovarianceRow:
-    return AxisCovarianceRow(STRUCTURE, epoch, "A", "paper", 0, 0, 9e-6, 1e-6)
+def axis_covariance_rows(tilt: TiltRow) -> list[AxisCovarianceRow]:
+    """Covariances of these parameters; the base and the lean are independent."""
+    covariances = {
+        (0, 0): 9e-6,
+        (1, 1): 9e-6,
+        (2, 2): tilt.lean_cov_ee or 0.0,
+        (2, 3): tilt.lean_cov_en or 0.0,
+        (3, 3): tilt.lean_cov_nn or 0.0,
+    }
+    home = (STRUCTURE, tilt.epoch, tilt.scheme, tilt.method)
+    return [
+        AxisCovarianceRow(*home, i, j, covariances.get((i, j), 0.0), 0.0, 0.0)
+        for i in range(4)
+        for j in range(i, 4)
+    ]
+
+
+def verdict_row(epoch: str) -> VerdictRow:
+    row = bare_row(VerdictRow)
+    return replace(
+        row,
+        structure=STRUCTURE,
+        epoch=epoch,
+        scheme="A",
+        method="paper",
+        limit_name="own points",
+        is_primary=True,
+    )
 
 
 def stage_run_row(run: str, epoch: str) -> StageRunRow:
@@ -294,8 +328,9 @@ def epoch_tables(
         "accuracy": [accuracy_row(epoch)],
         "reference_leans": [reference_lean_row(epoch, number)],
         "scheme_comparison": [scheme_comparison_row(epoch)],
-        "axis_parameters": [axis_parameter_row(epoch)],
-        "axis_covariances": [axis_covariance_row(epoch)],
+        "axis_parameters": axis_parameter_rows(tilt_row(epoch, number, lean)),
+        "axis_covariances": axis_covariance_rows(tilt_row(epoch, number, lean)),
+        "verdicts": [verdict_row(epoch)],
     }
 
 

@@ -1,6 +1,5 @@
 """The catalog shows whole epochs, to anyone, at any time, anywhere."""
 
-import os
 import shutil
 import subprocess
 import sys
@@ -13,7 +12,7 @@ from storage.catalog import read_catalog, rebuild_catalog
 from storage.errors import StorageError
 from storage.publish import publish_epoch, remove_epoch
 from storage.records import TABLES, columns_of
-from storage.tables import EPOCH_TABLES, table_path
+from storage.tables import EPOCH_TABLES
 from storage.view_definitions import VIEWS, view_definition
 from storage.views import latest_epochs, tilt_rows
 from storage.workspace import Workspace, open_workspace
@@ -35,7 +34,7 @@ import sys, time, duckdb
 path, until = sys.argv[1], time.monotonic() + float(sys.argv[2])
 seen = set()
 print("ready", flush=True)
-while time.monotonic() < until:
+while time.monotonic() < until or (len(seen) < 2 and time.monotonic() < until + 60):  # a loaded machine publishes slowly
     con = duckdb.connect(path, read_only=True)
     for lean, state, n, cut in con.execute(
         "select t.lean_east, e.state, t.n_slices, count(s.slice_index) from tilt t join epochs e using (structure, epoch) "
@@ -62,11 +61,6 @@ def count(ws: Workspace, view: str) -> int:
         row = connection.execute(f"SELECT count(*) FROM {view}").fetchone()  # noqa: S608
     assert row is not None
     return int(row[0])
-
-
-def all_rows(ws: Workspace) -> dict[str, list[object]]:
-    with read_catalog(ws) as connection:
-        return {view: connection.execute(f"FROM {view} ORDER BY ALL").fetchall() for view in VIEWS}
 
 
 @every_view
@@ -108,8 +102,9 @@ def test_the_catalog_holds_the_rows_of_the_tables(ws: Workspace) -> None:
         "accuracy": 3,
         "reference_leans": 3,
         "scheme_comparison": 3,
-        "axis_parameters": 3,
-        "axis_covariances": 3,
+        "axis_parameters": 12,
+        "axis_covariances": 30,
+        "verdicts": 3,
         "change_tests": 0,
         "trends": 0,
         "control_chart": 0,
@@ -119,6 +114,9 @@ def test_the_catalog_holds_the_rows_of_the_tables(ws: Workspace) -> None:
         "changes": 2,
         "surface_changes": 4,
         "latest": 1,
+        "versions": 0,
+        "version_tilt": 0,
+        "version_changes": 0,
     }
 
 
@@ -152,31 +150,6 @@ def test_each_change_of_the_tables_reaches_the_catalog(ws: Workspace, change: st
     )
 
 
-def test_rows_taken_over_from_the_old_catalog_are_those_of_a_catalog_made_anew(ws: Workspace) -> None:
-    fill(ws, 2)
-    rebuild_catalog(ws)
-    publish_epoch(ws, STRUCTURE, "e1", epoch_tables("e1", 1, (0.009, 0.0)))
-    publish_epoch(ws, STRUCTURE, "e2", epoch_tables("e2", 2))
-    rebuild_catalog(ws)
-    taken_over = all_rows(ws)
-    ws.catalog.unlink()
-    rebuild_catalog(ws)
-    assert taken_over == all_rows(ws)
-
-
-def test_an_unchanged_file_is_not_read_again(ws: Workspace) -> None:
-    """A file damaged behind an unchanged stamp stands for one that must not be opened."""
-    fill(ws, 2)
-    rebuild_catalog(ws)
-    path = table_path(ws, "tilt", STRUCTURE, "e0")
-    stat = path.stat()
-    path.write_bytes(b"x" * stat.st_size)
-    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
-    publish_epoch(ws, STRUCTURE, "e2", epoch_tables("e2", 2))
-    assert rebuild_catalog(ws)
-    assert count(ws, "tilt") == 3
-
-
 def test_a_damaged_catalog_is_built_again(ws: Workspace) -> None:
     fill(ws)
     ws.catalog.write_bytes(b"no database")
@@ -195,7 +168,23 @@ def test_a_publication_cut_short_is_finished_before_the_catalog_is_built(ws: Wor
     with pytest.raises(PowerCut):
         publish_epoch(ws, STRUCTURE, "e0", epoch_tables("e0"), after_step=stop)
     rebuild_catalog(ws)
-    assert [count(ws, table) for table in EPOCH_TABLES] == [1, 2, 1, 1, 2, 2, N_SLICES, 1, 1, 1, 1, 1, 1, 1]
+    assert [count(ws, table) for table in EPOCH_TABLES] == [
+        1,
+        2,
+        1,
+        1,
+        2,
+        2,
+        N_SLICES,
+        1,
+        1,
+        1,
+        1,
+        1,
+        4,
+        10,
+        1,
+    ]
 
 
 def test_a_damaged_table_is_told_and_the_old_catalog_stays(ws: Workspace) -> None:

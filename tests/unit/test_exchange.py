@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tasks.evaluation import ReferenceLean, Standard
 from tasks.exchange import plain, rebuild
+from tasks.limits import MissingLimit, table_named, table_of_points
 from tasks.methods import Method
 from tasks.preprocessing import StructurePrior
 from tasks.registration import InstrumentSigmas, registered_cloud
@@ -35,12 +36,13 @@ def test_every_scheme_travels_unchanged(scheme: SlicingScheme) -> None:
         InstrumentSigmas((0.015, 0.0225), 0.0026, 1.4e-5),
         Standard(
             102.0,
-            None,
-            ((100.0, 0.06), (120.0, 0.065)),
+            table_of_points(((100.0, 0.06), (120.0, 0.065))),
             ("F", "paper"),
             (ReferenceLean("ts", 0.1, 0.2, 1e-5),),
+            (table_named("aci117-general"), MissingLimit("own", "no version yet")),
         ),
-        Standard(102.0, "bre-digest-475", None, ("total station",), ()),
+        Standard(102.0, table_named("bre-digest-475"), ("total station",), ()),
+        Standard(102.0, MissingLimit("own", "no version yet"), ("total station",), ()),
     ],
     ids=lambda value: type(value).__name__,
 )

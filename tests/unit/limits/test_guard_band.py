@@ -1,3 +1,4 @@
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -78,3 +79,36 @@ def test_allowable_of_a_verdict_is_that_of_the_table() -> None:
 def test_negative_or_missing_numbers_are_refused(deviation_m: float, sigma_m: float) -> None:
     with pytest.raises(ShapeError, match="not negative"):
         verdict(deviation_m, sigma_m, 102.0, QUOTED)
+
+
+@pytest.mark.parametrize(
+    ("deviation_m", "limit_m", "word"),
+    [
+        # below three sigmas the error has two components: 2.75 sigmas on the side of the limit
+        (0.000, 0.0274, "cannot tell"),
+        (0.000, 0.0276, "pass"),
+        (0.029, 0.0564, "cannot tell"),
+        (0.030, 0.0501, "pass"),
+        (0.040, 0.0130, "cannot tell"),
+        (0.041, 0.0130, "fail"),
+    ],
+)
+def test_guard_band_is_wider_where_the_length_has_no_direction(
+    deviation_m: float, limit_m: float, word: str
+) -> None:
+    found = verdict(deviation_m, 0.010, 100.0, table_of_points([[100.0, limit_m]]))
+    assert found.verdict == word
+    assert ("k=2.75" in found.reason) == (min(deviation_m, limit_m) < 0.030)
+
+
+@pytest.mark.parametrize("limit_sigmas", [0.0, 0.5, 1.0, 2.0, 2.9, 3.0, 4.0, 8.0, 30.0])
+def test_each_wrong_word_comes_in_less_than_one_of_thirty(limit_sigmas: float) -> None:
+    """A lean whose length is just the limit is called "fail", or just beyond it "pass", by the error of both components."""
+    rng = np.random.default_rng(8)
+    limit_m = max(limit_sigmas, 1e-6) * 0.001
+    found_m = np.hypot(limit_m + 0.001 * rng.normal(size=10_000), 0.001 * rng.normal(size=10_000))
+    table = table_of_points([[100.0, limit_m]])
+    words = [verdict(float(length), 0.001, 100.0, table).verdict for length in found_m]
+    # one tail at 2 sigma is 2.3 %; the length of a vector is a little longer than its component
+    assert words.count("fail") / len(words) < 1.0 / 30.0
+    assert words.count("pass") / len(words) < 1.0 / 30.0

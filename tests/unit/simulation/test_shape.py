@@ -5,7 +5,7 @@ from storage.errors import ShapeError
 from tasks.simulation import Horizontal, Movement, ShaftShape, axis_truth
 from tasks.simulation.shape import BendForm
 
-FORMS: list[BendForm] = ["parabola", "cantilever"]
+FORMS: list[BendForm] = ["parabola", "cantilever", "sweep"]
 
 
 def test_truth_of_a_straight_axis_is_its_own_lean_and_base() -> None:

@@ -1,0 +1,61 @@
+"""``tiltwatch alarms``: what is wrong, and who has seen it."""
+# ruff: noqa: PLC0415 (heavy imports stand inside the command)
+
+from datetime import UTC, datetime
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
+from flows.terminal import answer, complain, note, say
+
+Switch = Annotated[bool, Parameter(negative="", show_default=False)]
+
+
+def alarms(
+    file: CampaignFile,
+    /,
+    *,
+    show_all: Annotated[bool, Parameter(name="--all", negative="", show_default=False)] = False,
+    evaluate: Switch = False,
+    workspace: WorkspaceFolder = None,
+    as_json: AsJson = False,
+) -> int:
+    """List the alarms, the active ones first; --evaluate looks for new ones and delivers them.
+
+    Exit code 6: an alarm of severity alarm is active. Exit code 5: one of severity warning is. Those that are muted,
+    have eased or are closed do not count. --evaluate belongs into cron, say every hour: it finds campaigns that were
+    missed, and sends again what could not be delivered.
+
+    Parameters
+    ----------
+    show_all
+        Closed alarms, too.
+    evaluate
+        Hold the record against the rules now, and send what is due.
+    """
+    from flows.alarm_text import facts_of_alarm, line_of_alarm
+    from flows.condition_text import EXIT_CODES
+    from storage.views import alarm_rows
+    from storage.workspace import existing_workspace
+    from tasks.condition import level_of, sorted_alarms
+
+    campaign = load_with_workspace(file, workspace)
+    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    if evaluate:
+        from flows.alarm_delivery import evaluate_and_deliver
+
+        alarmed = evaluate_and_deliver(place, campaign, datetime.now(UTC))
+        note(f"{len(alarmed.events)} events added to the log of alarms, {len(alarmed.sent)} messages tried")
+        complain(*(f"warning: not delivered: {failure}" for failure in alarmed.failures))
+    rows = sorted_alarms(alarm_rows(place, campaign.structure.id))
+    code = EXIT_CODES[level_of(rows)]
+    shown = [row for row in rows if show_all or row.state != "closed"]
+    if as_json:
+        return answer(
+            code, {"structure": campaign.structure.id, "alarms": [facts_of_alarm(row) for row in shown]}
+        )
+    say(*(line_of_alarm(row) for row in shown))
+    if not shown:
+        say("no alarms" if show_all or not rows else f"no open alarms; {len(rows)} closed (--all)")
+    return code

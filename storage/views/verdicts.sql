@@ -1,0 +1,3 @@
+-- what one limit of the campaign says of the axis of an epoch under a scheme and method
+SELECT *
+FROM data.verdicts

@@ -1,0 +1,233 @@
+"""What changed between two axes: lean, base, bending, radius profile and all centres, each tested by itself."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from storage.records import SliceRow, TiltRow
+from tasks.change import (
+    FREE,
+    CentreChange,
+    Centres,
+    ParameterChange,
+    chi_square_test,
+    compare_centres,
+    detectable_factor,
+    hold_radius,
+    parameter_change,
+)
+from tasks.geometry.axis_parameters import AXIS_NAMES, AxisParameters
+
+SAGITTA: Final = 1.5
+"""Sagitta over the coefficient of the second Legendre polynomial."""
+
+HEIGHTS: Final = np.linspace(-1.0, 1.0, 41)
+"""Where the radius profile is looked at, from foot to top of the shaft."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quantity:
+    """One quantity that was tested; the fields are those of ``ChangeTestRow``."""
+
+    quantity: str
+    basis: str = FREE
+    difference: NDArray[np.float64] | None = None
+    covariance: NDArray[np.float64] | None = None
+    size_m: float | None = None
+    sigma_m: float | None = None
+    smallest_detectable_m: float | None = None
+    statistic: float | None = None
+    freedom: int | None = None
+    p_value: float | None = None
+    significant: bool | None = None
+    z_low_m: float | None = None
+    z_high_m: float | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisRecord:
+    """An axis of an epoch: its row, its parameters where the method states them, and its slices."""
+
+    tilt: TiltRow
+    parameters: AxisParameters | None
+    slices: Sequence[SliceRow]
+
+
+@dataclass(frozen=True, slots=True)
+class Kinship:
+    """What two epochs have in common.
+
+    ``alike`` is the correlation of what the wall does to their leans, ``before_holds_frame`` whether the later one may be
+    tied to the frame of the earlier one, ``partial`` whether one of them saw an arc only.
+    """
+
+    alike: float
+    before_holds_frame: bool
+    partial: bool
+
+
+def changed_quantities(before: AxisRecord, after: AxisRecord, kinship: Kinship) -> list[Quantity]:
+    """Test every quantity that both axes have; the lean is always among them."""
+    if before.parameters is None or after.parameters is None:
+        return [_lean_of_rows(before.tilt, after.tilt)]
+    free = parameter_change(
+        before.parameters, after.parameters, kinship.alike, before_holds_frame=kinship.before_holds_frame
+    )
+    radius = _radius(free)
+    change, why = _basis(free, radius, partial=kinship.partial)
+    found = [_vector("lean", change, after.tilt.height_m, why), _vector("base", change, 1.0, None)]
+    if AXIS_NAMES[4] in change.names:
+        found.append(_vector("bend", change, SAGITTA, None))
+    centres = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(free))
+    return [
+        *found,
+        *([] if radius is None else [radius]),
+        *([] if centres is None else [_congruency(centres)]),
+    ]
+
+
+def _lean_of_rows(before: TiltRow, after: TiltRow) -> Quantity:
+    """The lean alone, its covariance the sum of both: nothing that is common to the epochs is known."""
+    d = np.array([after.lean_east - before.lean_east, after.lean_north - before.lean_north])
+    first, second = (_lean_covariance(row) for row in (before, after))
+    if first is None or second is None:
+        size_m = after.height_m * float(np.linalg.norm(d))
+        return Quantity("lean", difference=d, size_m=size_m, reason="an uncertainty is unknown")
+    return _tested("lean", d, first + second, after.height_m)
+
+
+def _lean_covariance(row: TiltRow) -> NDArray[np.float64] | None:
+    if row.lean_cov_ee is None or row.lean_cov_en is None or row.lean_cov_nn is None:
+        return None
+    return np.array([[row.lean_cov_ee, row.lean_cov_en], [row.lean_cov_en, row.lean_cov_nn]])
+
+
+def _basis(
+    free: ParameterChange, radius: Quantity | None, *, partial: bool
+) -> tuple[ParameterChange, str | None]:
+    """The change with the radius held where that is needed and allowed, and why it is as it is."""
+    if not partial or radius is None:
+        return free, None
+    if radius.significant is not False:
+        return free, "only an arc was seen; the radius profile changed as well, so it was not held"
+    return hold_radius(free), "only an arc was seen, so the radius profile was taken for unchanged"
+
+
+def _vector(prefix: str, change: ParameterChange, scale: float, reason: str | None) -> Quantity:
+    d, covariance = change.of(f"{prefix}_")
+    return _tested({"bend": "bending"}.get(prefix, prefix), d, covariance, scale, change.basis, reason)
+
+
+def _tested(
+    quantity: str,
+    d: NDArray[np.float64],
+    covariance: NDArray[np.float64],
+    scale: float,
+    basis: str = FREE,
+    reason: str | None = None,
+) -> Quantity:
+    """Test a vector whose length times ``scale`` is in metres."""
+    test = chi_square_test(d, covariance)
+    if test is None:
+        return Quantity(
+            quantity,
+            basis,
+            d,
+            covariance,
+            size_m=scale * float(np.linalg.norm(d)),
+            reason="the covariance of the change is singular",
+        )
+    return Quantity(
+        quantity=quantity,
+        basis=basis,
+        difference=d,
+        covariance=covariance,
+        size_m=scale * test.size,
+        sigma_m=scale * test.sigma,
+        smallest_detectable_m=scale * test.smallest_detectable,
+        statistic=test.statistic,
+        freedom=test.freedom,
+        p_value=test.p_value,
+        significant=test.significant,
+        reason=reason,
+    )
+
+
+def _radius(free: ParameterChange) -> Quantity | None:
+    """The radius profile; its size is the largest change of the radius along the shaft."""
+    d, covariance = free.of("radius_")
+    test = None if not len(d) else chi_square_test(d, covariance)
+    if test is None:
+        return None
+    terms = np.polynomial.legendre.legvander(HEIGHTS, len(d) - 1)
+    along = terms @ d
+    sigmas = np.sqrt(np.einsum("hk,kl,hl->h", terms, covariance, terms))
+    place = int(np.argmax(np.abs(along)))
+    return Quantity(
+        quantity="radius",
+        size_m=float(abs(along[place])),
+        sigma_m=float(sigmas[place]),
+        smallest_detectable_m=detectable_factor(test.freedom) * float(sigmas.max()),
+        statistic=test.statistic,
+        freedom=test.freedom,
+        p_value=test.p_value,
+        significant=test.significant,
+    )
+
+
+def _rigid(free: ParameterChange) -> NDArray[np.float64]:
+    """Covariance (4, 4) of the difference of the straight axes."""
+    places = [free.names.index(name) for name in AXIS_NAMES[:4]]
+    return np.asarray(free.covariance[np.ix_(places, places)])
+
+
+def _centres(slices: Sequence[SliceRow]) -> Centres:
+    good = [
+        (
+            row.z_m,
+            row.center_east_m,
+            row.center_north_m,
+            row.center_cov_ee,
+            row.center_cov_en,
+            row.center_cov_nn,
+        )
+        for row in slices
+        if row.state == "ok"
+    ]
+    values = np.array([row for row in good if None not in row], dtype=np.float64).reshape(-1, 6)
+    z_m, east, north, ee, en, nn = values.T
+    return Centres(z_m, np.column_stack([east, north]), np.stack([ee, en, en, nn], axis=1).reshape(-1, 2, 2))
+
+
+def _congruency(found: CentreChange) -> Quantity:
+    return Quantity(
+        quantity="centres",
+        size_m=found.largest_m,
+        statistic=found.statistic,
+        freedom=found.freedom,
+        p_value=found.p_value,
+        significant=found.significant,
+        z_low_m=found.z_low_m,
+        z_high_m=found.z_high_m,
+        reason=_where(found),
+    )
+
+
+def _where(found: CentreChange) -> str:
+    """In words what the centres say; the noise is told where it had to be enlarged."""
+    noise = (
+        "" if found.noise_factor == 1.0 else f"; their noise taken {found.noise_factor:.2f} times as stated"
+    )
+    if not found.significant and found.place_p_value is None:
+        return f"{found.n} centres agree{noise}"
+    if found.place_p_value is None:
+        return f"{found.n} centres moved; no part of the shaft by itself{noise}"
+    between = f"{found.z_low_m:.1f} m and {found.z_high_m:.1f} m"
+    return (
+        f"the shape changed between {between} by {1e3 * (found.moved_m or 0.0):.1f} mm"
+        f" against a shift and a lean{noise}"
+    )
