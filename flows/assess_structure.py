@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 
 from flows.alarm_delivery import evaluate_and_deliver
 from storage.catalog import rebuild_catalog
+from storage.locks import series_lock
 from storage.series import publish_series
 from storage.workspace import Workspace
 from tasks.assessment import assess
@@ -18,8 +19,9 @@ def assess_structure(workspace: Workspace, campaign: Campaign) -> None:
     StorageError
         If the catalog cannot be read or written.
     """
-    rebuild_catalog(workspace)
-    publish_series(workspace, campaign.structure.id, assess(workspace, campaign))
-    rebuild_catalog(workspace)
+    with series_lock(workspace, campaign.structure.id):
+        rebuild_catalog(workspace)
+        publish_series(workspace, campaign.structure.id, assess(workspace, campaign))
+        rebuild_catalog(workspace)
     evaluate_and_deliver(workspace, campaign, datetime.now(UTC))
     rebuild_catalog(workspace)

@@ -60,6 +60,22 @@ def epoch_lock(
 
 
 @contextmanager
+def series_lock(ws: Workspace, structure: str, timeout_s: float = PUBLISH_TIMEOUT_S) -> Iterator[None]:
+    """Hold the right to make what follows from all epochs of a structure: an older view must not overwrite a newer one.
+
+    Raises
+    ------
+    StorageError
+        If another process or thread holds it for longer than ``timeout_s`` seconds.
+    InputError
+        If the id cannot be a file name.
+    """
+    place = ws.locks / "series" / f"{check_id(structure, 'a structure')}.lock"
+    with _held(place, f"the series of {structure} in {ws.root}", timeout_s):
+        yield
+
+
+@contextmanager
 def watch_lock(ws: Workspace, structure: str, inbox: Path) -> Iterator[None]:
     """Hold the right to take in stations of a structure, and to take files out of an inbox.
 

@@ -10,19 +10,22 @@ from numpy.typing import NDArray
 from storage.records import SliceRow, TiltRow
 from tasks.change import (
     FREE,
+    SIGNIFICANT_P,
+    SUM_OF_BOTH,
     CentreChange,
     Centres,
     ParameterChange,
     chi_square_test,
     compare_centres,
     detectable_factor,
-    hold_radius,
-    parameter_change,
 )
-from tasks.geometry.axis_parameters import AXIS_NAMES, AxisParameters
+from tasks.change_basis import AxisRecord, Basis, Kinship, basis_of
+from tasks.geometry.axis_parameters import AXIS_NAMES
 
 SAGITTA: Final = 1.5
 """Sagitta over the coefficient of the second Legendre polynomial."""
+
+TOLD_NOISE: Final = 1.5
 
 HEIGHTS: Final = np.linspace(-1.0, 1.0, 41)
 """Where the radius profile is looked at, from foot to top of the shaft."""
@@ -48,41 +51,19 @@ class Quantity:
     reason: str | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class AxisRecord:
-    """An axis of an epoch: its row, its parameters where the method states them, and its slices."""
-
-    tilt: TiltRow
-    parameters: AxisParameters | None
-    slices: Sequence[SliceRow]
-
-
-@dataclass(frozen=True, slots=True)
-class Kinship:
-    """What two epochs have in common.
-
-    ``alike`` is the correlation of what the wall does to their leans, ``before_holds_frame`` whether the later one may be
-    tied to the frame of the earlier one, ``partial`` whether one of them saw an arc only.
-    """
-
-    alike: float
-    before_holds_frame: bool
-    partial: bool
-
-
 def changed_quantities(before: AxisRecord, after: AxisRecord, kinship: Kinship) -> list[Quantity]:
     """Test every quantity that both axes have; the lean is always among them."""
     if before.parameters is None or after.parameters is None:
         return [_lean_of_rows(before.tilt, after.tilt)]
-    free = parameter_change(
-        before.parameters, after.parameters, kinship.alike, before_holds_frame=kinship.before_holds_frame
-    )
-    radius = _radius(free)
-    change, why = _basis(free, radius, partial=kinship.partial)
-    found = [_vector("lean", change, after.tilt.height_m, why), _vector("base", change, 1.0, None)]
+    basis = basis_of(before, after, kinship)
+    if isinstance(basis, str):
+        return [_untested(before.tilt, after.tilt, basis)]
+    change, why = basis.change, "; ".join(basis.reasons) or None
+    found = [_vector("lean", change, after.tilt.height_m, why), _base(basis)]
     if AXIS_NAMES[4] in change.names:
         found.append(_vector("bend", change, SAGITTA, None))
-    centres = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(free))
+    radius = _radius(basis.free)
+    centres = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(basis.free))
     return [
         *found,
         *([] if radius is None else [radius]),
@@ -90,31 +71,34 @@ def changed_quantities(before: AxisRecord, after: AxisRecord, kinship: Kinship) 
     ]
 
 
+def _untested(before: TiltRow, after: TiltRow, reason: str) -> Quantity:
+    d = np.array([after.lean_east - before.lean_east, after.lean_north - before.lean_north])
+    return Quantity("lean", difference=d, size_m=after.height_m * float(np.linalg.norm(d)), reason=reason)
+
+
+def _base(basis: Basis) -> Quantity:
+    """The shift of the straight axis at the foot of what was measured: at z = 0 it may be an extrapolation."""
+    change = basis.change
+    places = [change.names.index(name) for name in AXIS_NAMES[:4]]
+    down = np.array([[1.0, 0.0, basis.foot_m, 0.0], [0.0, 1.0, 0.0, basis.foot_m]])
+    covariance = down @ change.covariance[np.ix_(places, places)] @ down.T
+    reason = f"at z = {basis.foot_m:g} m"
+    return _tested("base", down @ change.difference[places], covariance, 1.0, change.basis, reason)
+
+
 def _lean_of_rows(before: TiltRow, after: TiltRow) -> Quantity:
     """The lean alone, its covariance the sum of both: nothing that is common to the epochs is known."""
     d = np.array([after.lean_east - before.lean_east, after.lean_north - before.lean_north])
     first, second = (_lean_covariance(row) for row in (before, after))
     if first is None or second is None:
-        size_m = after.height_m * float(np.linalg.norm(d))
-        return Quantity("lean", difference=d, size_m=size_m, reason="an uncertainty is unknown")
-    return _tested("lean", d, first + second, after.height_m)
+        return _untested(before, after, "an uncertainty is unknown")
+    return _tested("lean", d, first + second, after.height_m, SUM_OF_BOTH)
 
 
 def _lean_covariance(row: TiltRow) -> NDArray[np.float64] | None:
     if row.lean_cov_ee is None or row.lean_cov_en is None or row.lean_cov_nn is None:
         return None
     return np.array([[row.lean_cov_ee, row.lean_cov_en], [row.lean_cov_en, row.lean_cov_nn]])
-
-
-def _basis(
-    free: ParameterChange, radius: Quantity | None, *, partial: bool
-) -> tuple[ParameterChange, str | None]:
-    """The change with the radius held where that is needed and allowed, and why it is as it is."""
-    if not partial or radius is None:
-        return free, None
-    if radius.significant is not False:
-        return free, "only an arc was seen; the radius profile changed as well, so it was not held"
-    return hold_radius(free), "only an arc was seen, so the radius profile was taken for unchanged"
 
 
 def _vector(prefix: str, change: ParameterChange, scale: float, reason: str | None) -> Quantity:
@@ -218,16 +202,18 @@ def _congruency(found: CentreChange) -> Quantity:
 
 
 def _where(found: CentreChange) -> str:
-    """In words what the centres say; the noise is told where it had to be enlarged."""
+    """In words what the centres say; the noise is told where it is much more than stated."""
     noise = (
-        "" if found.noise_factor == 1.0 else f"; their noise taken {found.noise_factor:.2f} times as stated"
+        "" if found.noise_factor < TOLD_NOISE else f"; they scatter {found.noise_factor:.1f} times as stated"
     )
-    if not found.significant and found.place_p_value is None:
-        return f"{found.n} centres agree{noise}"
-    if found.place_p_value is None:
-        return f"{found.n} centres moved; no part of the shaft by itself{noise}"
-    between = f"{found.z_low_m:.1f} m and {found.z_high_m:.1f} m"
+    if found.place_p_value is not None:
+        between = f"{found.z_low_m:.1f} m and {found.z_high_m:.1f} m"
+        moved_mm = 1e3 * (found.moved_m or 0.0)
+        return f"the shape changed: between {between} by {moved_mm:.1f} mm beside what is smooth{noise}"
+    if found.shape_p_value is not None and found.shape_p_value < SIGNIFICANT_P:
+        return f"the shape changed smoothly: the shaft bent{noise}"
+    if found.significant:
+        return f"the shaft moved as a whole, its shape did not change ({found.n} centres){noise}"
     return (
-        f"the shape changed between {between} by {1e3 * (found.moved_m or 0.0):.1f} mm"
-        f" against a shift and a lean{noise}"
+        f"{found.n} centres show no change of shape, and none beyond what levels and positions allow{noise}"
     )

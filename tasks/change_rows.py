@@ -6,8 +6,9 @@ from typing import Final
 import numpy as np
 
 from storage.records import ChangeTestRow, CoverageRow
-from tasks.change import SeenSurface, likeness
-from tasks.change_quantities import AxisRecord, Kinship, Quantity, changed_quantities
+from tasks.change import FrameOf, SeenSurface, likeness
+from tasks.change_basis import AxisRecord, Kinship
+from tasks.change_quantities import Quantity, changed_quantities
 from tasks.epoch_record import EpochRecord, Way
 
 FULL_ARC_DEG: Final = 270.0
@@ -15,10 +16,13 @@ FULL_ARC_DEG: Final = 270.0
 
 
 def change_test_rows_of(
-    before: EpochRecord, after: EpochRecord, code_version: str, *, before_is_reference: bool
+    before: EpochRecord, after: EpochRecord, code_version: str, reference: str | None
 ) -> list[ChangeTestRow]:
-    """Test every quantity under every scheme and method that both epochs have."""
-    kinship = _kinship(before, after, before_is_reference=before_is_reference)
+    """Test every quantity under every scheme and method that both epochs have.
+
+    ``reference`` is the epoch whose frame others may be tied to by stable surroundings.
+    """
+    kinship = _kinship(before, after, reference)
     return [
         _row(before, after, way, found, code_version)
         for way in after.tilt
@@ -27,12 +31,14 @@ def change_test_rows_of(
     ]
 
 
-def _kinship(before: EpochRecord, after: EpochRecord, *, before_is_reference: bool) -> Kinship:
+def _kinship(before: EpochRecord, after: EpochRecord, reference: str | None) -> Kinship:
+    holders: dict[str | None, FrameOf] = {after.epoch.epoch: "after", before.epoch.epoch: "before"}
     arcs = [one.epoch.coverage_deg for one in (before, after)]
     return Kinship(
         alike=likeness(_seen(before.coverage), _seen(after.coverage)),
-        before_holds_frame=before_is_reference,
+        frame_of=holders.get(reference),
         partial=any(arc is not None and arc < FULL_ARC_DEG for arc in arcs),
+        fewest_stations=min(one.epoch.n_stations_used for one in (before, after)),
     )
 
 

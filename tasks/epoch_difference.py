@@ -34,7 +34,7 @@ def epoch_tests(workspace: Workspace, structure: str, epoch: str, reference: str
         load_epoch_record(workspace, rows[reference]),
         load_epoch_record(workspace, rows[epoch]),
         code_version(change_test_rows_of),
-        before_is_reference=counted_from is not None and counted_from.epoch == reference,
+        None if counted_from is None else counted_from.epoch,
     )
 
 

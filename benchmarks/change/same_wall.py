@@ -99,8 +99,8 @@ def _trial(name: str, turned: float, ways: Sequence[str], seed: int, number: int
 
 
 def _compared(before: AxisParameters, after: AxisParameters, alike: float) -> Compared:
-    d, covariance = parameter_change(before, after, alike, before_holds_frame=True).of("lean_")
-    _, plain = parameter_change(before, after, 0.0, before_holds_frame=True).of("lean_")
+    d, covariance = parameter_change(before, after, alike, "before").of("lean_")
+    _, plain = parameter_change(before, after, 0.0, "before").of("lean_")
     test = chi_square_test(d, covariance)
     return alike, d, covariance, plain, 1.0 if test is None else test.p_value
 

@@ -10,8 +10,9 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from storage.records import SectionFit
-from tasks.change_quantities import AxisRecord
+from storage.records import SectionFit, failed_section
+from tasks.change import SeenSurface
+from tasks.change_basis import AxisRecord
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_tables import Home, SchemeOutcome, slice_rows
 from tasks.geometry.failure import FitFailure
@@ -35,6 +36,7 @@ class Survey:
 
     ``azimuths_deg`` are those of the stations at ``distance_m``; each has ``points`` points in every one of ``slices``
     slices, of ``noise_m``, and errors of level and position as stated. ``arc_deg`` is what a station sees.
+    Slices above ``top_m`` give no centre; levels are drawn with ``drawn_level_arcsec`` where that is not what is stated.
     """
 
     azimuths_deg: tuple[float, ...]
@@ -46,6 +48,8 @@ class Survey:
     slices: int = 97
     distance_m: float = 250.0
     arc_deg: float = 150.0
+    top_m: float = 100.0
+    drawn_level_arcsec: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +67,8 @@ class Site:
 
     def __init__(self, survey: Survey, wall_m: float = 0.0, seed: int = 1) -> None:
         self.survey = survey
-        self.z_m = np.linspace(4.0, 100.0, survey.slices)
+        self.every_m = np.linspace(4.0, 100.0, survey.slices)
+        self.z_m = self.every_m[self.every_m <= survey.top_m]
         self.radius_m = np.interp(self.z_m, [2.0, 102.0], [4.6, 2.7])
         azimuths = np.radians(survey.azimuths_deg)
         self.positions_m = np.column_stack(
@@ -80,7 +85,7 @@ class Site:
         self.outward = np.column_stack(
             [np.sin(self.azimuth), np.cos(self.azimuth), np.zeros(len(self.azimuth))]
         )
-        self.sums = np.stack([self._sums_of(k) for k in range(survey.slices)])
+        self.sums = np.stack([self._sums_of(k) for k in range(len(self.z_m))])
         self.terms = np.column_stack([self.outward[:, :2], np.ones(len(self.azimuth))])
         self.solve = np.linalg.pinv(self.terms)
         variance = np.array([survey.level_arcsec, survey.level_arcsec, survey.heading_arcsec]) * ARCSEC_RAD
@@ -98,9 +103,19 @@ class Site:
         skin = Skin(self._points(k), self.outward, np.zeros(len(self.azimuth)), self.station)
         return sum_by_station(skin, len(self.positions_m))
 
+    def seen(self) -> SeenSurface:
+        """What the stations see of the wall, by pieces of 10 m and 10 degrees."""
+        bands, sectors = np.arange(5.0, 102.0, 10.0), np.radians(np.arange(5.0, 360.0, 10.0))
+        counts = np.bincount((np.degrees(self.azimuth) % 360.0 // 10.0).astype(int), minlength=36)
+        present = (np.abs(bands[:, None] - self.z_m).min(axis=1) < 5.0).astype(float)
+        z_m, azimuth = np.meshgrid(bands, sectors, indexing="ij")
+        return SeenSurface(z_m.ravel(), azimuth.ravel(), np.outer(present, counts).ravel())
+
     def draw(self, rng: np.random.Generator, state: State) -> Lean:
         """Measure the shaft once."""
         errors = rng.normal(size=len(self.pose_covariance)) * np.sqrt(np.diag(self.pose_covariance))
+        if self.survey.drawn_level_arcsec is not None:
+            errors.reshape(-1, 6)[:, :2] *= self.survey.drawn_level_arcsec / self.survey.level_arcsec
         residual = (
             self._displaced(errors) + self.wall + self.survey.noise_m * rng.normal(size=self.wall.shape)
         )
@@ -114,10 +129,16 @@ class Site:
         sections = [
             self._section(k, truth[k] + moved[k, :2], state.wider_m + moved[k, 2]) for k in range(len(truth))
         ]
+        unseen = [
+            failed_section(len(sections) + k, float(z), 0.2, 0, "no points")
+            for k, z in enumerate(self.every_m[len(self.z_m) :])
+        ]
+        sections += unseen
+        sums = np.concatenate([sums, np.zeros((len(unseen), *sums.shape[1:]))])
         evidence = StationEvidence(sums, self.positions_m, self.pose_covariance)
         found = lean_of_sections(sections, self.method, evidence, self.model)
         if isinstance(found, FitFailure):
-            raise RuntimeError(found.reason)
+            raise TypeError(found.reason)
         self.sections = tuple(sections)
         return found
 
@@ -173,7 +194,7 @@ def axis_record(site: Site, lean: Lean, number: int = 0) -> AxisRecord:
 
 def _axis(state: State, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Axis (k, 2) at heights; the sagitta is that of a parabola over the shaft."""
-    share = 2.0 * (z_m - z_m[0]) / np.ptp(z_m) - 1.0
+    share = (z_m - 52.0) / 48.0
     parabola = (share**2 - 1.0 / 3.0)[:, None] * np.array(state.bend_m)
     return np.asarray(np.array(state.base_m) + z_m[:, None] * np.array(state.lean) + parabola)
 

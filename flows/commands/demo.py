@@ -15,7 +15,7 @@ CAMPAIGN = "campaign"
 LOGS = "logs"
 
 
-def demo(
+def demo(  # noqa: PLR0913 (each is an option of the command line)
     *,
     workspace: Annotated[Path, Parameter(help="folder of scans and results")] = Path("tiltwatch-demo"),
     epochs: int = 4,

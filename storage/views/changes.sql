@@ -24,9 +24,9 @@ difference AS (
         coalesce(compared.basis, 'sum of both') AS basis,
         coalesce(compared.d_east, later.lean_east - base.lean_east) AS d_lean_east,
         coalesce(compared.d_north, later.lean_north - base.lean_north) AS d_lean_north,
-        coalesce(compared.d_cov_ee, later.lean_cov_ee + base.lean_cov_ee) AS d_cov_ee,
-        coalesce(compared.d_cov_en, later.lean_cov_en + base.lean_cov_en) AS d_cov_en,
-        coalesce(compared.d_cov_nn, later.lean_cov_nn + base.lean_cov_nn) AS d_cov_nn
+        if(compared.basis IS NULL, later.lean_cov_ee + base.lean_cov_ee, compared.d_cov_ee) AS d_cov_ee,
+        if(compared.basis IS NULL, later.lean_cov_en + base.lean_cov_en, compared.d_cov_en) AS d_cov_en,
+        if(compared.basis IS NULL, later.lean_cov_nn + base.lean_cov_nn, compared.d_cov_nn) AS d_cov_nn
     FROM data.tilt AS later
     INNER JOIN reference ON later.structure = reference.structure AND later.epoch <> reference.epoch
     INNER JOIN data.tilt AS base

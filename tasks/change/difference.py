@@ -1,6 +1,7 @@
 """The difference of two axes with what both epochs have in common cancelled."""
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,9 @@ from tasks.geometry.axis_parameters import AxisParameters, root
 
 FREE = "free"
 RADIUS_HELD = "radius held"
+SUM_OF_BOTH = "sum of both"
+
+FrameOf = Literal["before", "after"] | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,7 +35,7 @@ class ParameterChange:
 
 
 def parameter_change(
-    before: AxisParameters, after: AxisParameters, alike: float, *, before_holds_frame: bool
+    before: AxisParameters, after: AxisParameters, alike: float, frame_of: FrameOf = None
 ) -> ParameterChange:
     """Take the difference of two axes.
 
@@ -44,8 +48,8 @@ def parameter_change(
         Of the same scheme and method.
     alike : float
         Correlation of what the wall does to the two, 0 to 1 (``likeness``).
-    before_holds_frame : bool
-        Whether ``before`` is the epoch whose frame ``after`` may be tied to.
+    frame_of : "before", "after" or None
+        Which of the two is the epoch whose frame the other may be tied to; None where neither is.
 
     Raises
     ------
@@ -58,10 +62,20 @@ def parameter_change(
     old, new = (one.places(names) for one in (before, after))
     form_1, form_2 = before.form_covariance[np.ix_(old, old)], after.form_covariance[np.ix_(new, new)]
     frame_1, frame_2 = before.frame_covariance[np.ix_(old, old)], after.frame_covariance[np.ix_(new, new)]
-    frame = frame_2 if before_holds_frame else root(frame_1) @ root(frame_2)
-    common = alike * root(form_1) @ root(form_2) + frame
-    total = before.covariance[np.ix_(old, old)] + after.covariance[np.ix_(new, new)] - common - common.T
+    both = before.covariance[np.ix_(old, old)] + after.covariance[np.ix_(new, new)]
+    scale = np.sqrt(np.diag(both))
+    frame = {"before": frame_2, "after": frame_1}.get(frame_of or "", _shared(frame_1, frame_2, scale))
+    common = alike * _shared(form_1, form_2, scale) + frame
+    total = both - common - common.T
     return ParameterChange(names, after.values[new] - before.values[old], (total + total.T) / 2.0)
+
+
+def _shared(
+    first: NDArray[np.float64], second: NDArray[np.float64], scale: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Covariance (p, p) of errors that are the same ones in both; units do not matter, because roots are taken of ratios."""
+    units = np.outer(scale, scale)
+    return np.asarray(root(first / units) @ root(second / units) * units)
 
 
 def hold_radius(free: ParameterChange) -> ParameterChange:

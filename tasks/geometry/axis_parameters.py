@@ -84,12 +84,14 @@ def as_stated(
 ) -> AxisParameters:
     """Join parameters and covariances so that the lean has the covariance that is stated for it.
 
-    What is stated of a lean (2, 2) may be more than what was propagated: where stations contradict each other. Correlations
-    stay as they are.
+    What is stated of a lean (2, 2) may be more than what was propagated, where stations contradict each other: then nothing
+    else that they measured is as certain as propagated either. Correlations stay as they are.
     """
     places = [names.index(name) for name in LEAN]
-    own_of_lean = _positive(lean_covariance - lean_form, parts.own[np.ix_(places, places)])
-    own = _with_block(parts.own, places, own_of_lean)
+    propagated = parts.own[np.ix_(places, places)]
+    own_of_lean = _positive(lean_covariance - lean_form, propagated)
+    more = max(1.0, float(np.trace(own_of_lean) / np.trace(propagated)))
+    own = _with_block(more * parts.own, places, own_of_lean)
     form = _with_block(parts.form, places, lean_form)
     return AxisParameters(names, values, own + form, form, parts.frame)
 

@@ -33,7 +33,9 @@ stiffness of the surface hangs on it."""
 SIGMA_FLOOR_M: Final = 1e-4
 """Smallest noise believed: below it a perfect synthetic surface would reject its own rounding."""
 
-ITERATIONS_MAX: Final = 60
+ITERATIONS_MAX: Final = 200
+"""Most shafts need 15; beside a ledge, where the radius steps, a knot may go slowly from the one wall to the other."""
+
 STEP_DONE_SIGMAS: Final = 0.01
 """Finished when no unknown moves by more than this share of the noise."""
 

@@ -15,16 +15,17 @@ from tests.unit.simulated_kinds import MeasuredKind, chi2_of, measured_epochs
 CHI2_999: Final = 13.8
 """One of a thousand chi-squares with 2 degrees of freedom is above it: seeds are fixed, so a test fails always or never."""
 
-POINTS: Final = {"mast": 40_000}
-"""Points of a station: a thin mast leaves few of 16,000, and the site around it too few to tie some stations."""
+POINTS: Final = {"mast": 30_000}
+"""Points of a station: a thin mast leaves few of 12,000, and the site around it too few to tie some stations."""
 
-every_kind = pytest.mark.parametrize("kind", sorted(CASES), scope="module")
+every_kind = pytest.mark.parametrize("kind", sorted(set(CASES) - {"chimney"}), scope="module")
+"""Chimneys have the tests of the demo."""
 
 
 @pytest.fixture(scope="module")
 def epochs(kind: str) -> tuple[MeasuredKind, ...]:
     """The first epoch and the last of four, five stations."""
-    request = request_of_kind(kind, epochs=2, stations=5, points=POINTS.get(kind, 16_000), seed=3)
+    request = request_of_kind(kind, epochs=2, stations=5, points=POINTS.get(kind, 12_000), seed=3)
     last = request.movement.lean_arcsec[-1]
     moved = replace(request, movement=replace(request.movement, lean_arcsec=(0.0, last)))
     return tuple(measured_epochs(moved))

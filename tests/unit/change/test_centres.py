@@ -33,8 +33,8 @@ def test_false_alarms_are_as_stated() -> None:
     found = [compared(0.0, seed) for seed in range(400)]
     p_values = np.array([one.p_value for one in found])
     shapes = np.array([one.shape_p_value for one in found])
-    # binomial: 0.05 +- 3 * 0.011
-    assert np.mean(p_values < 0.05) == pytest.approx(0.05, abs=0.033)
+    # binomial: 0.05 +- 3 * 0.011; the two halves of the test share 5 %, and the search for places takes less than its own
+    assert 0.01 < np.mean(p_values < 0.05) < 0.083
     assert np.mean(shapes < 0.05) == pytest.approx(0.05, abs=0.033)
     assert sum(one.place_p_value is not None for one in found) <= 8
 
@@ -52,13 +52,24 @@ def test_a_part_that_moved_is_found_with_its_height_and_size() -> None:
     assert found.significant
     assert (found.z_low_m, found.z_high_m) == pytest.approx((40.5, 54.5), abs=2.0)
     assert found.moved_m == pytest.approx(0.005, rel=0.2)
-    assert found.noise_factor < 1.2
+    assert found.noise_factor < 1.3
 
 
-def test_noise_that_is_stated_too_small_raises_no_alarm() -> None:
-    found = [compared(0.0, seed, noise_m=3.0 * SIGMA_M) for seed in range(60)]
-    assert np.mean([one.noise_factor for one in found]) == pytest.approx(3.0, rel=0.15)
-    assert np.mean([one.p_value < 0.01 for one in found]) <= 0.1
+@pytest.mark.parametrize("factor", [1.05, 1.2, 1.5, 3.0])
+@pytest.mark.parametrize("m", [10, 27, 100])
+def test_noise_that_is_stated_too_small_raises_no_alarm(factor: float, m: int) -> None:
+    rng = np.random.default_rng(round(100 * factor) + m)
+    found = []
+    for _ in range(300):
+        z_m = Z[:m]
+        covariances = np.tile(SIGMA_M**2 * np.eye(2), (m, 1, 1))
+        pair = [Centres(z_m, factor * SIGMA_M * rng.normal(size=(m, 2)), covariances) for _ in range(2)]
+        one = compare_centres(pair[0], pair[1], RIGID)
+        assert one is not None
+        found.append(one)
+    # binomial: 0.05 + 3 * 0.013
+    assert np.mean([one.p_value < 0.05 for one in found]) <= 0.09
+    assert np.mean([one.p_value < 0.01 for one in found]) <= 0.03
 
 
 def test_only_heights_of_both_epochs_count() -> None:

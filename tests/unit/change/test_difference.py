@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from storage.errors import ShapeError
-from tasks.change import hold_radius, parameter_change
+from tasks.change import FrameOf, ParameterChange, hold_radius, parameter_change
 from tasks.geometry.axis_parameters import AxisParameters, JointParts, as_stated
 from tests.unit.change.parameters import NAMES, SIGMAS, correlated, parameters
 
@@ -12,8 +12,10 @@ ZERO = np.zeros(len(NAMES))
 OWN = correlated(1)
 
 
-def change(before: AxisParameters, after: AxisParameters, alike: float = 1.0, *, holds: bool = False):  # type: ignore[no-untyped-def]
-    return parameter_change(before, after, alike, before_holds_frame=holds)
+def change(
+    before: AxisParameters, after: AxisParameters, alike: float = 1.0, frame_of: FrameOf = None
+) -> ParameterChange:
+    return parameter_change(before, after, alike, frame_of)
 
 
 def test_independent_epochs_add_their_covariances() -> None:
@@ -43,14 +45,29 @@ def test_frame_of_the_reference_epoch_cancels_against_that_epoch() -> None:
     tied = parameters(ZERO, OWN, frame=3.0)
     # the reference epoch itself: its frame's errors are its own
     reference = AxisParameters(NAMES, ZERO, tied.covariance, tied.form_covariance, 0.0 * OWN)
-    found = change(reference, tied, holds=True).covariance
+    found = change(reference, tied, frame_of="before").covariance
     assert found == pytest.approx(2.0 * OWN, rel=1e-9, abs=1e-16)
+    assert change(tied, reference, frame_of="after").covariance == pytest.approx(found)
     assert change(reference, tied).covariance == pytest.approx(2.0 * tied.covariance)
 
 
 def test_two_epochs_tied_to_one_frame_share_its_errors() -> None:
     tied = parameters(ZERO, OWN, frame=3.0)
     assert change(tied, tied).covariance == pytest.approx(2.0 * OWN, rel=1e-6, abs=1e-16)
+
+
+def test_units_of_the_parameters_do_not_matter() -> None:
+    first, second = parameters(ZERO, OWN, form=4.0), parameters(ZERO, OWN, form=1.0, seed=20)
+    scale = np.array([1.0, 1.0, 100.0, 100.0, 1.0, 1.0, 1.0, 1.0])
+    both = np.outer(scale, scale)
+
+    def scaled(one: AxisParameters) -> AxisParameters:
+        parts = (one.covariance * both, one.form_covariance * both, one.frame_covariance * both)
+        return AxisParameters(NAMES, one.values * scale, *parts)
+
+    assert change(scaled(first), scaled(second)).covariance / both == pytest.approx(
+        change(first, second).covariance, rel=1e-9, abs=1e-20
+    )
 
 
 def test_only_parameters_that_both_have_are_compared() -> None:
@@ -95,8 +112,15 @@ def test_holding_the_radius_never_makes_anything_less_certain() -> None:
         assert np.linalg.eigvalsh(less)[0] > -1e-12 * np.trace(free.of(prefix)[1])
 
 
+def test_stations_that_contradict_each_other_make_all_they_measured_less_certain() -> None:
+    lean = [2, 3]
+    stated = 4.0 * OWN[np.ix_(lean, lean)]
+    made = as_stated(NAMES, ZERO, JointParts(OWN, 0.0 * OWN, 0.0 * OWN), stated, np.zeros((2, 2)))
+    assert made.covariance == pytest.approx(4.0 * OWN, rel=1e-9)
+
+
 def test_parameters_carry_the_covariance_that_is_stated_for_the_lean() -> None:
-    stated, form = np.diag([9e-10, 4e-10]), np.diag([1e-10, 1e-10])
+    stated, form = np.diag([4e-11, 3e-11]), np.diag([1e-11, 1e-11])
     made = as_stated(NAMES, ZERO, JointParts(OWN, correlated(4, 0.1), 0.0 * OWN), stated, form)
     lean = made.places(("lean_east", "lean_north"))
     assert made.covariance[np.ix_(lean, lean)] == pytest.approx(stated, rel=1e-9, abs=1e-20)
