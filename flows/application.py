@@ -24,7 +24,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "unmute": "Let a muted alarm speak again.",
     "close": "End an alarm; its rule raises a new one at the next epoch if need be.",
     "watch": "Take station files in as they arrive, say what is missing while the crew is on site, run complete epochs.",
-    "compare": "Say for every scheme and method how far the top moved between two epochs.",
+    "compare": "Say for every scheme and method how far the top moved between two epochs, and what else changed.",
     "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
     "are enough.",
     "export": "Write a view of the catalog to a file, or to stdout where none is named.",

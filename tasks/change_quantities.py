@@ -19,7 +19,7 @@ from tasks.change import (
     compare_centres,
     detectable_factor,
 )
-from tasks.change_basis import AxisRecord, Basis, Kinship, basis_of
+from tasks.change_basis import LEAST_ALIKE, AxisRecord, Basis, Kinship, basis_of
 from tasks.geometry.axis_parameters import AXIS_NAMES
 
 SAGITTA: Final = 1.5
@@ -63,12 +63,20 @@ def changed_quantities(before: AxisRecord, after: AxisRecord, kinship: Kinship) 
     if AXIS_NAMES[4] in change.names:
         found.append(_vector("bend", change, SAGITTA, None))
     radius = _radius(basis.free)
-    centres = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(basis.free))
-    return [
-        *found,
-        *([] if radius is None else [radius]),
-        *([] if centres is None else [_congruency(centres)]),
-    ]
+    return [*found, *([] if radius is None else [radius]), *_all_centres(before, after, basis, kinship)]
+
+
+def _all_centres(before: AxisRecord, after: AxisRecord, basis: Basis, kinship: Kinship) -> list[Quantity]:
+    """The test of all centres; none where they are of other sides of the wall, and nothing where they are too few."""
+    if kinship.alike < LEAST_ALIKE:
+        return [
+            Quantity(
+                "centres",
+                reason="the epochs saw other sides of the wall, so their centres cannot be compared",
+            )
+        ]
+    found = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(basis.free))
+    return [] if found is None else [_congruency(found)]
 
 
 def _untested(before: TiltRow, after: TiltRow, reason: str) -> Quantity:

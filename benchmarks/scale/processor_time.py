@@ -8,8 +8,8 @@ import psutil
 KINDS: Final = {
     "multiprocessing": "workers",
     "prefect": "Prefect server",
-    "scheduler": "Dask scheduler",
-    "worker": "keepers of the workers",
+    " worker ": "keepers of the workers",
+    " scheduler ": "Dask scheduler",
     "weed": "S3 server",
 }
 """A word of a command line, and whose it is; the first that fits counts."""

@@ -31,7 +31,7 @@ def compare(
     workspace: WorkspaceFolder = None,
     as_json: AsJson = False,
 ) -> int:
-    """Say for every scheme and method how far the top moved between two epochs, and of the primary what else changed.
+    """Say for every scheme and method how far the top moved between two epochs, and what else changed.
 
     A change is significant where its probability without any movement is below 1 %. What the epochs have in common is
     cancelled: the form of the wall as far as both saw the same of it, the frame of stable surroundings. Of the primary
@@ -69,11 +69,13 @@ def compare(
         return answer(0, {"primary": list(campaign.report.primary), **facts})
     primary = tuple(campaign.report.primary)
     height_m = leans[0].height_m if leans else measured[0].height_m
-    say(f"{campaign.structure.title}: movement of the top at {height_m:g} m from {reference} to {epoch}")
+    where = f"the top at {height_m:g} m against the foot, by the lean"
+    say(f"{campaign.structure.title}: movement of {where}, from {reference} to {epoch}")
     say(*(_line(row, primary) for row in leans), *(_measured_line(row) for row in measured))
     others = [row for row in tests if row.quantity != "lean" and (row.scheme, row.method) == primary]
     if others:
         say("", f"{'/'.join(primary)} besides:", *(_quantity_line(row) for row in others))
+        say("", "Each line is a test of its own at 1 %; the lean of the primary decides.")
     return 0
 
 
@@ -132,7 +134,7 @@ def _movement(movement: _Movement, row: "ChangeTestRow | ReferenceChange") -> st
 
 
 QUANTITIES = {
-    "base": "base of the axis (z = 0) moved",
+    "base": "foot of the axis moved",
     "bending": "sagitta changed by",
     "radius": "radius profile changed by up to",
     "centres": "centres of the slices moved by up to",
@@ -146,4 +148,6 @@ def _quantity_line(row: "ChangeTestRow") -> str:
     size = "" if row.size_m is None else f" {1e3 * row.size_m:.2f}{sigma} mm"
     told = significance_text(row.significant, row.p_value, row.smallest_detectable_m)
     why = f"; {row.reason}" if row.reason else ""
+    if row.p_value is None:
+        return f"{row.quantity}: not compared{why}"
     return f"{QUANTITIES[row.quantity]}{size}, {told}{why}"

@@ -28,7 +28,7 @@ class CusumRule:
             unit="1",
             broken=chart.cusum >= limit,
             eased=chart.cusum < self.clear_ratio * limit,
-            what=f"the CUSUM of the lean is {chart.cusum:.2f}, its {self.signal} limit {limit:g}",
+            what=f"the CUSUM of the lean is {chart.cusum:.2f}, its {self.signal} limit {limit:.2f}",
         )
 
 

@@ -12,12 +12,22 @@ R = TypeVar("R")
 
 THREADS: Final = 4
 
+_allowed = THREADS
+
 
 def side_by_side(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """Results of a function for all items, in their order."""
     _one_blas_thread()
-    with ThreadPoolExecutor(THREADS) as pool:
+    if _allowed == 1:
+        return [function(item) for item in items]
+    with ThreadPoolExecutor(_allowed) as pool:
         return list(pool.map(function, items))
+
+
+def keep_to_threads(count: int) -> None:
+    """Let this process work in no more threads from now on: where it has one core and others have the rest."""
+    global _allowed  # noqa: PLW0603 - of the process, as the limit of BLAS is
+    _allowed = max(1, min(count, THREADS))
 
 
 @cache

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from storage.publish import remove_epoch
+from storage.tables import ALARM_EVENTS, SERIES_TABLES
 from storage.workspace import Workspace
 from tests.faults.sites import EPOCHS, Site
 from tests.flows.campaigns import STRUCTURE, run, small_campaign
@@ -36,6 +37,8 @@ def unpublished(sound: Site, tmp_path: Path) -> Site:
     site = copy_of(sound, tmp_path / "campaign")
     for epoch in EPOCHS:
         assert remove_epoch(Workspace(site.workspace), STRUCTURE, epoch)
+    for table in (*SERIES_TABLES, ALARM_EVENTS):
+        shutil.rmtree(Workspace(site.workspace).tables / table, ignore_errors=True)
     return site
 
 

@@ -15,7 +15,8 @@ import pytest
 from flows.ledger import StageEvent
 from flows.run_campaign import RunRequest, run_campaign
 from storage.errors import ShapeError
-from storage.records import TABLES, StageRunRow
+from storage.records import StageRunRow
+from storage.tables import EPOCH_TABLES
 from storage.verify import verify_workspace
 from storage.workspace import Workspace
 from tasks.preprocessing import isolate_shaft
@@ -23,7 +24,7 @@ from tests.faults.sites import FIRST, SECOND, Site, state_of
 from tests.flows.calls import ROOT
 from tests.flows.campaigns import STRUCTURE, rows
 
-TABLES_OF_EPOCH = sorted(set(TABLES) - {"runs"})
+TABLES_OF_EPOCH = sorted(EPOCH_TABLES)
 
 
 def files_of(site: Site, epoch: str) -> list[Path]:

@@ -154,7 +154,7 @@ def test_compare_shows_what_others_measured_in_both_epochs(
     publish_schemes(stored, "e1", 0, {"A": 0.0}, [station("e1", 0), replace(station("e1", 0), source="GNSS")])
     publish_schemes(stored, "e2", 1, {"A": 0.0}, [station("e2", 1, LEAN[0] + 0.05 / 102.0)])
     called = call(capsys, "compare", stored.file, "e2", "e1")
-    line = called.out.splitlines()[-1]
+    line = next(line for line in called.out.splitlines() if line.startswith(STATION))
     # sqrt(2) * 5e-5 * 102 m = 7.21 mm
     assert line.startswith(
         "total station (reference): 50.00 ± 14.42 mm (k=2), east +50.00 mm, north +0.00 mm, "

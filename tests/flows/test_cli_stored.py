@@ -172,14 +172,16 @@ def test_compare_names_the_primary_and_its_significance(
     called = call(capsys, "compare", stored.file, "e2", "e1")
     assert called.code == 0
     title, first, second, *besides = called.out.splitlines()
-    assert title == "Heritage chimney: movement of the top at 102 m from e1 to e2"
+    assert (
+        title == "Heritage chimney: movement of the top at 102 m against the foot, by the lean, from e1 to e2"
+    )
     assert first.startswith(
         "A/paper: 50.00 ± 5.77 mm (k=2), east +50.00 mm, north +0.00 mm, significant (p = "
     )
-    assert first.endswith("  <- primary")
+    assert "  <- primary (" in first
     assert second.startswith("F/paper: 50.00 ± 5.77 mm")
     assert besides[1] == "A/paper besides:"
-    assert besides[2].startswith("base of the axis (z = 0) moved 0.00 ± ")
+    assert besides[2].startswith("foot of the axis moved ")
 
 
 def test_difference_of_two_epochs_is_that_of_the_catalog(stored: Stored) -> None:

@@ -185,7 +185,7 @@ def test_a_store_that_a_worker_cannot_use_stops_the_run_before_any_stage(
     folder = tmp_path / "cluster"
     with (
         dask_cluster(folder, 1, {**s3_endpoint.environment, "AWS_SECRET_ACCESS_KEY": "wrong"}) as other,
-        pytest.raises(InputError, match="worker tcp://.*AWS_SECRET_ACCESS_KEY"),
+        pytest.raises(InputError, match=r"worker tcp://.*AWS_SECRET_ACCESS_KEY"),
     ):
         run_campaign(
             RunRequest(

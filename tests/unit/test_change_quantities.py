@@ -103,6 +103,7 @@ def test_few_stations_and_other_sides_are_told() -> None:
     assert "4 stations cannot check their stated levels" in few
     other = compared(STILL, kinship=replace(FULL, alike=0.5))["lean"].reason or ""
     assert "other sides of the wall" in other
+    assert compared(STILL, kinship=replace(FULL, alike=0.5))["centres"].p_value is None
 
 
 def test_without_parameters_the_lean_alone_is_compared_and_nothing_is_cancelled() -> None:
