@@ -8,6 +8,8 @@
 # which Python .venv is made with; left empty: the first of python3, python3.13, 3.12, 3.11 that fits
 PYTHON ?=
 BIN := .venv/bin
+# tests of one file share what they set up, so files are what is spread over the cores
+SIDE_BY_SIDE := -n auto --maxprocesses=4 --dist loadfile
 # an inherited 1 would make every start compile every module again
 export PYTHONDONTWRITEBYTECODE =
 
@@ -24,10 +26,10 @@ demo: .venv/ready
 	@$(BIN)/tiltwatch demo
 
 test: .venv/ready
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest $(SIDE_BY_SIDE)
 
 test-all: .venv/ready
-	@$(BIN)/python -m pytest -m "slow or not slow" --timeout=1200
+	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow" --timeout=1200
 
 lint: .venv/ready
 	$(BIN)/ruff check .

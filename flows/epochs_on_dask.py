@@ -6,6 +6,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from contextvars import copy_context
 from pathlib import Path
+from typing import Final
 
 from prefect.client.orchestration import get_client
 from prefect.settings import PREFECT_API_URL, temporary_settings
@@ -19,6 +20,9 @@ from flows.stage_records import keep_records
 from flows.worker_check import needed_of
 from storage.workspace import Workspace
 from tasks.settings import Campaign
+
+MOST_EPOCHS: Final = 32
+"""Unless more are asked for: each is a thread of this process."""
 
 
 def process_on_dask(request: EpochsRequest, campaign: Campaign, place: Workspace) -> list[EpochOutcome]:
@@ -51,7 +55,7 @@ def _process_on(
     made: EpochFlow = monitor_epoch.with_options(persist_result=False, task_runner=cluster.runner)
     epoch_flow = keep_records(made, place)
     outcomes: dict[str, EpochOutcome] = {}
-    at_once = campaign.execution.epochs_at_once or cluster.threads + 1
+    at_once = campaign.execution.epochs_at_once or min(2 * cluster.threads + 2, MOST_EPOCHS)
     for together in _groups(campaign, request.epochs):
         with _threads(at_once) as pool:
             asked = [

@@ -20,6 +20,7 @@ from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
 from flows.run_guard import RunGuard, guard_of, with_retries
 from flows.run_keeping import kept_run
+from flows.settled_epochs import settle_epochs, settled_outcomes
 from storage.catalog import rebuild_catalog
 from storage.errors import InputError
 from storage.workspace import Workspace, open_workspace
@@ -34,11 +35,15 @@ def monitor_campaign(
     epochs: list[str] | None = None,
     schemes: list[str] | None = None,
     guard: RunGuard | None = None,
+    only_new: bool | None = None,
 ) -> list[EpochOutcome]:
     """Process the epochs of a campaign; one that fails does not stop the others.
 
     Under a guard the epochs run in a process of their own, which is ended where an epoch takes too long. A
     deployed run has the guard of [schedule] where none is given; other runs have none then.
+
+    With ``only_new`` epochs whose scans, settings and code did not change since they were published are not looked at
+    again: their scans are not even read. A deployed run does so where nothing is said, other runs do not.
 
     Raises
     ------
@@ -52,17 +57,25 @@ def monitor_campaign(
     campaign = load_with_intake(Path(campaign_file), Path(workspace))
     place = open_workspace(Path(workspace))
     chosen = _chosen_epochs(campaign, campaign_file, epochs or [])
-    request = EpochsRequest(campaign_file, str(place.root), tuple(chosen), tuple(schemes or ()))
-    if guard is None and deployment.id is not None:
+    deployed = deployment.id is not None
+    look_away = (deployed if only_new is None else only_new) and not schemes
+    settled = settled_outcomes(place, campaign, chosen) if look_away else {}
+    left = tuple(epoch for epoch in chosen if epoch not in settled)
+    request = EpochsRequest(campaign_file, str(place.root), left, tuple(schemes or ()))
+    if guard is None and deployed:
         guard = guard_of(campaign)
     with _ledger(campaign) as ledger:
         try:
             with kept_run(place, ledger):
-                outcomes = _process(request, campaign, place, guard)
+                done = _process(request, campaign, place, guard)
+                if not schemes:
+                    settle_epochs(place, campaign, done)
                 assess_structure(place, campaign)
         finally:
             rebuild_catalog(place)
-    if deployment.id is not None:
+    by_epoch = {**settled, **{outcome.epoch: outcome for outcome in done}}
+    outcomes = [by_epoch[epoch] for epoch in chosen]
+    if deployed:
         _tell_deployment(outcomes)
     return outcomes
 

@@ -23,6 +23,8 @@ class RunRequest:
     """Longest time that an epoch may take; none where missing, and then the epochs run in this process."""
     anew: bool = False
     """Compute also what is cached; in this process only."""
+    only_new: bool = False
+    """Look away from epochs whose scans, settings and code did not change since they were published."""
 
 
 def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) -> RunOutcome:
@@ -51,6 +53,7 @@ def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) ->
             list(request.epochs),
             list(request.schemes),
             None if request.time_limit_s is None else RunGuard(request.time_limit_s),
+            only_new=request.only_new,
         )
     finally:
         current_ledger.reset(token)

@@ -38,6 +38,7 @@ def run(  # noqa: PLR0913 - the words of a command
     scheme: Several = (),
     fail_on: Literal["quality", "warning", "alarm"] | None = None,
     time_limit_s: TimeLimit = None,
+    only_new: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     as_json: AsJson = False,
 ) -> int:
     """Process what is not processed yet, and print Tables 1 to 3 of the paper for the newest epoch.
@@ -57,6 +58,9 @@ def run(  # noqa: PLR0913 - the words of a command
     time_limit_s
         Longest time in seconds that an epoch may take. One that takes longer is ended, native code included, and the
         others go on; the epochs run in a process of their own then.
+    only_new
+        Look away from epochs whose scans, settings and code did not change since they were published: their scans are not
+        even read. Without it every scan is read and compared with its digest.
     """
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
@@ -69,7 +73,9 @@ def run(  # noqa: PLR0913 - the words of a command
     log_into(place / LOGS)
     note("starting the workflow engine: some seconds")
     with progress() as on_event:
-        outcome = run_campaign(RunRequest(file, place, epoch, scheme, time_limit_s), on_event)
+        outcome = run_campaign(
+            RunRequest(file, place, epoch, scheme, time_limit_s, only_new=only_new), on_event
+        )
     found = conditions_of_run(campaign, outcome)
     tell_errors(outcome.epochs)
     code = exit_code_of(outcome.epochs, found, fail_on)

@@ -48,7 +48,8 @@ class Execution(Section):
         default=None,
         ge=1,
         le=64,
-        description="epochs that engine dask works on at once; one more than its workers have threads where missing",
+        description="epochs that engine dask works on at once; where missing twice as many as its workers have threads and "
+        "two, at most 32: an epoch has stages that nothing else of it can run beside",
     )
     store: Annotated[str, AfterValidator(_bucket)] | None = Field(
         default=None,

@@ -1,0 +1,69 @@
+"""Epochs that were published and need no second look until a scan, a setting or the code changes."""
+
+import json
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Final
+
+from storage.atomic import write_atomically
+from storage.digests import text_sha256
+from storage.ids import check_id
+from storage.tables import EPOCH_TABLES, table_path
+from storage.verified import stamp_of
+from storage.workspace import Workspace
+
+YOUNGEST_NS: Final = 2_000_000_000
+"""A file that changed within a tick of the system's clock may change again and keep its time."""
+
+
+def is_settled(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bool:
+    """Whether an epoch is published from these inputs and scans, and its tables are as they were published.
+
+    Parameters
+    ----------
+    inputs : str
+        Digest of everything beside the scans that the result follows from.
+    scans : paths
+        Files that it was read from; known by inode, size and time of change, not read.
+    """
+    mark = _mark(ws, structure, epoch, inputs, scans)
+    path = _place(ws, structure, epoch)
+    return mark is not None and path.is_file() and path.read_bytes() == mark
+
+
+def settle(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bool:
+    """Put down that an epoch was published from these inputs and scans just now.
+
+    Returns
+    -------
+    bool
+        False if that cannot be told: a file is absent, or changed so lately that its time says nothing.
+
+    Raises
+    ------
+    StorageError
+        If the disk refuses.
+    """
+    scan_files = tuple(scans)
+    youngest = [stamp.mtime_ns for path in scan_files if (stamp := stamp_of(path)) is not None]
+    mark = _mark(ws, structure, epoch, inputs, scan_files)
+    if mark is None or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
+        return False
+    write_atomically(_place(ws, structure, epoch), mark)
+    return True
+
+
+def _place(ws: Workspace, structure: str, epoch: str) -> Path:
+    folder = ws.runs / "settled" / check_id(structure, "a structure")
+    return folder / f"{check_id(epoch, 'an epoch')}.json"
+
+
+def _mark(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bytes | None:
+    """What tells an epoch's inputs and tables apart from others; None where a file is absent."""
+    tables = [table_path(ws, table, structure, epoch) for table in EPOCH_TABLES]
+    stamps = [(str(path), stamp_of(path)) for path in (*scans, *tables)]
+    if any(stamp is None for _, stamp in stamps):
+        return None
+    told = [[path, str(stamp)] for path, stamp in stamps]
+    return json.dumps({"inputs": inputs, "files": text_sha256(json.dumps(told))}).encode()

@@ -1,0 +1,75 @@
+"""Epochs that did not change are not looked at again, where that is asked for."""
+
+import os
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from flows.outcome import RunOutcome
+from flows.run_campaign import RunRequest, run_campaign
+from storage.publish import remove_epoch
+from storage.workspace import Workspace
+from tests.flows.campaigns import STRUCTURE, ignore, only_epoch, replace_text, small_campaign, stage_rows
+
+EPOCH = "2025-01"
+
+
+@dataclass(frozen=True)
+class Place:
+    """A campaign of one epoch and its workspace."""
+
+    file: Path
+    workspace: Path
+
+    def run(self, *, only_new: bool = True) -> RunOutcome:
+        return run_campaign(RunRequest(self.file, self.workspace, only_new=only_new), ignore)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Place:
+    """A campaign that was run."""
+    folder = tmp_path_factory.mktemp("only-new")
+    place = Place(small_campaign(folder / "campaign", points=20_000), folder / "ws")
+    assert only_epoch(place.run()).state == "ok"
+    return place
+
+
+@pytest.fixture
+def place(finished: Place, tmp_path: Path) -> Place:
+    """A copy of it, settled where it lies now."""
+    shutil.copytree(finished.file.parent, tmp_path / "campaign")
+    shutil.copytree(finished.workspace, tmp_path / "ws")
+    copied = Place(tmp_path / "campaign" / "campaign.toml", tmp_path / "ws")
+    copied.run()
+    return copied
+
+
+def test_an_epoch_that_did_not_change_is_not_looked_at(place: Place) -> None:
+    again = place.run()
+    assert stage_rows(again) == []
+    assert only_epoch(again).state == "ok"
+    assert only_epoch(again).notes[0].startswith("unchanged since run ")
+    assert stage_rows(place.run(only_new=False)) != []
+
+
+def test_a_scan_that_was_touched_is_looked_at(place: Place) -> None:
+    scan = next(place.file.parent.glob(f"{EPOCH}/*.laz"))
+    os.utime(scan, (time.time() - 100.0, time.time() - 100.0))
+    assert stage_rows(place.run()) != []
+
+
+def test_a_setting_that_matters_is_looked_at_and_an_alarm_is_not(place: Place) -> None:
+    with place.file.open("a", encoding="utf-8") as file:
+        file.write('\n[[alarms]]\nid = "late"\nwhen = "missed-campaign"\ninterval_days = 100\n')
+    assert stage_rows(place.run()) == []
+    replace_text(place.file, "height_m = 102.0", "height_m = 101.0")
+    assert stage_rows(place.run()) != []
+
+
+def test_an_epoch_whose_tables_are_gone_is_published_again(place: Place) -> None:
+    assert remove_epoch(Workspace(place.workspace), STRUCTURE, EPOCH)
+    assert stage_rows(place.run()) != []
+    assert stage_rows(place.run()) == []
