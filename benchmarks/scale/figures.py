@@ -114,5 +114,3 @@ def _stored_bytes(place: str) -> Counter[str]:
     for name in store.names("records"):
         kept["records"] += store.size(name) or 0
     return kept
-
-
