@@ -3,21 +3,25 @@
 import hashlib
 import json
 from collections.abc import Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
-from flows.monitor_epoch import monitor_epoch
 from flows.outcome import EpochOutcome
 from storage.parquet import read_rows
 from storage.records import EpochRow
 from storage.settled import is_settled, settle
 from storage.tables import table_path
 from storage.workspace import Workspace
-from tasks.code_version import code_version
 from tasks.settings import Campaign, Epoch
 
 NO_RESULT: Final = {"alarms", "notify", "schedule", "execution", "files"}
 """Tables of the campaign file that change no result of an epoch."""
+
+
+PACKAGES: Final = ("flows", "tasks", "storage")
+
+ROOT: Final = Path(__file__).resolve().parents[1]
 
 
 def settled_outcomes(place: Workspace, campaign: Campaign, epochs: Sequence[str]) -> dict[str, EpochOutcome]:
@@ -48,11 +52,22 @@ def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[Epoch
             settle(place, *_key(campaign, epoch))
 
 
+@lru_cache(maxsize=1)
+def _program() -> str:
+    """Digest of all sources of the program: whatever changed in it, the epochs are looked at once more."""
+    digest = hashlib.sha256()
+    for package in PACKAGES:
+        for path in sorted((ROOT / package).rglob("*")):
+            if path.suffix in (".py", ".sql"):
+                digest.update(path.relative_to(ROOT).as_posix().encode() + b"\n" + path.read_bytes())
+    return digest.hexdigest()
+
+
 def _key(campaign: Campaign, epoch: Epoch) -> tuple[str, str, str, list[Path]]:
     """Structure, epoch, digest of all that the result follows from beside the scans, and the scans."""
     needed = {epoch.id, campaign.reference_epoch.id}
     settings = campaign.model_dump(mode="json", exclude=NO_RESULT)
     settings["epochs"] = [one for one in settings["epochs"] if one["id"] in needed]
-    text = json.dumps([settings, code_version(monitor_epoch.fn)], sort_keys=True)
+    text = json.dumps([settings, _program()], sort_keys=True)
     scans = [campaign.scan_path(scan) for one in campaign.epochs if one.id in needed for scan in one.scans]
     return campaign.structure.id, epoch.id, hashlib.sha256(text.encode()).hexdigest(), scans

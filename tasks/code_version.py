@@ -9,7 +9,9 @@ however deep. Libraries whose version can change a number count by their version
 import ast
 import hashlib
 import importlib.util
+import threading
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -27,6 +29,11 @@ NUMERIC_LIBRARIES: Final = {
     "laspy": ("laspy", "lazrs"),
     "pyarrow": (),
 }
+
+_PARSING: Final = threading.Lock()
+
+MOST_TRIES: Final = 5
+"""To parse one source."""
 
 
 @lru_cache(maxsize=128)
@@ -172,11 +179,24 @@ def _parsed(module: str) -> ast.Module:
         if spec is None or spec.origin is None:
             raise ModuleNotFoundError(f"code_version finds no source of module {module!r}")
         path = Path(spec.origin)
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    tree = _parse(path.read_text(encoding="utf-8"))
     for node in ast.walk(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             _drop_docstring(node)
     return tree
+
+
+def _parse(text: str) -> ast.Module:
+    """Parse a source; threads take turns.
+
+    Python 3.11 counts the depth of what it builds for all threads together, and so may refuse sound sources when two of
+    them parse at once (SystemError, "AST constructor recursion depth mismatch"). Other libraries parse, too: so once more.
+    """
+    with _PARSING:
+        for _ in range(MOST_TRIES - 1):
+            with suppress(SystemError):
+                return ast.parse(text)
+        return ast.parse(text)
 
 
 def _drop_docstring(node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> None:

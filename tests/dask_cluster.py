@@ -17,7 +17,15 @@ START_S = 120.0
 STOP_S = 15.0
 
 # workers of one core each; nothing below a stage may take another
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+ONE_THREAD = dict.fromkeys(
+    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "RAYON_NUM_THREADS"), "1"
+)
+# Dask looks at itself fifty times a second, and into the stack of every stage a hundred times
+FEWER_LOOKS = {
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "2s",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "false",
+}
 
 
 @dataclass(frozen=True)
@@ -50,7 +58,7 @@ def dask_cluster(folder: Path, workers: int, environment: Mapping[str, str]) -> 
     """Run a cluster as long as the block lasts; the workers see the environment and this checkout."""
     folder.mkdir(parents=True, exist_ok=True)
     place = folder / "scheduler.json"
-    settings = {**os.environ, **ONE_THREAD, **environment, "PYTHONPATH": str(ROOT)}
+    settings = {**os.environ, **ONE_THREAD, **FEWER_LOOKS, **environment, "PYTHONPATH": str(ROOT)}
     scheduler = [*("scheduler", "--host", "127.0.0.1", "--port", "0"), "--scheduler-file", str(place)]
     worker = ["worker", "--scheduler-file", str(place), "--nthreads", "1", "--host", "127.0.0.1"]
     commands = {"scheduler": scheduler}

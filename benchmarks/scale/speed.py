@@ -10,17 +10,23 @@ from pathlib import Path
 
 from benchmarks.scale.processor_time import processor_seconds
 from benchmarks.scale.servers import prefect_for
+from storage.parquet import read_rows
+from storage.records import StageRunRow
+from storage.tables import table_path
+from storage.workspace import Workspace
 from tasks.simulated_campaign import SimulatedCampaignRequest, write_simulated_campaign
 from tests.dask_cluster import DaskCluster, dask_cluster
+from tests.flows.campaigns import STRUCTURE
 
 
 @dataclass(frozen=True)
 class Timed:
-    """One run: wall and processor seconds, and how many stages were computed."""
+    """One run: wall and processor seconds, how many stages were computed, and the largest memory of a worker."""
 
     workers: int
     wall_s: float
     stages: int
+    largest_mb: float
     processor_s: Counter[str]
 
 
@@ -61,7 +67,10 @@ def _timed(campaign: Path, folder: Path, workers: int) -> Timed:
     states = {epoch.state for epoch in outcome.epochs}
     if outcome.cached or "failed" in states:
         raise SystemExit(f"no measurement: {outcome.cached} stages cached, states {states}")
-    return Timed(workers, wall_s, outcome.computed, spent)
+    rows = read_rows(
+        table_path(Workspace(outcome.workspace), "runs", STRUCTURE, outcome.run), "runs", StageRunRow
+    )
+    return Timed(workers, wall_s, outcome.computed, max(row.peak_rss_mb or 0.0 for row in rows), spent)
 
 
 def _on(cluster: DaskCluster, campaign: Path) -> Path:
@@ -83,11 +92,13 @@ def _warm_up(cluster: DaskCluster, campaign: Path, folder: Path) -> None:
 def _report(asked: argparse.Namespace, runs: Sequence[Timed]) -> None:
     kinds = sorted({kind for run in runs for kind in run.processor_s})
     print(f"{asked.epochs} epochs of {asked.stations} stations of {asked.points:,} points\n")
-    print("| workers | wall, s | stages |" + "".join(f" {kind}, CPU s |" for kind in kinds))
-    print("|---|---|---|" + "---|" * len(kinds))
+    print(
+        "| workers | wall, s | stages | largest worker, MB |" + "".join(f" {kind}, CPU s |" for kind in kinds)
+    )
+    print("|---|---|---|---|" + "---|" * len(kinds))
     for run in runs:
         spent = "".join(f" {run.processor_s[kind]:.0f} |" for kind in kinds)
-        print(f"| {run.workers} | {run.wall_s:.1f} | {run.stages} |{spent}")
+        print(f"| {run.workers} | {run.wall_s:.1f} | {run.stages} | {run.largest_mb:.0f} |{spent}")
     best = {n: min(run.wall_s for run in runs if run.workers == n) for n in asked.workers}
     fewest, most = min(best), max(best)
     print(f"\n{most} workers are {best[fewest] / best[most]:.2f} times as fast as {fewest}")

@@ -1,11 +1,14 @@
 """What a stage's code version covers: tried on a copy of the checkout, read in a process of its own."""
 
+import ast
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tasks.code_version import _parse
 
 ROOT = Path(__file__).resolve().parents[2]
 ASK = """
@@ -107,3 +110,19 @@ def test_a_lazy_import_inside_a_function_is_reached(checkout: Path) -> None:
             checkout / "tasks/registration/pairs.py", "QUERIES: Final = 3000", "QUERIES: Final = 3001"
         ):
             assert version_in(checkout) != before
+
+
+def test_a_source_that_python_refuses_by_its_own_fault_is_parsed_once_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    parse, refused = ast.parse, []
+
+    def moody(text: str) -> ast.Module:
+        if len(refused) < 2:
+            refused.append(text)
+            raise SystemError("AST constructor recursion depth mismatch (before=255, after=54)")
+        return parse(text)
+
+    monkeypatch.setattr("tasks.code_version.ast.parse", moody)
+    assert ast.dump(_parse("x = 1")) == ast.dump(parse("x = 1"))
+    assert len(refused) == 2
