@@ -93,12 +93,8 @@ def _address(place: Path, started: list[subprocess.Popen[bytes]]) -> str:
 
 
 def _stop(started: list[subprocess.Popen[bytes]]) -> None:
-    """Workers first, each with its keeper."""
+    """End all at once; a worker whose keeper is gone ends itself."""
     for process in reversed(started):
-        process.terminate()
-    for process in reversed(started):
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(STOP_S)
-        if process.poll() is None:
-            process.kill()
-            process.wait(STOP_S)
+        process.kill()
+    for process in started:
+        process.wait(STOP_S)
