@@ -20,7 +20,7 @@ from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
 from flows.run_guard import RunGuard, guard_of, with_retries
 from flows.run_keeping import kept_run
-from flows.settled_epochs import settle_epochs, settled_outcomes
+from flows.settled_epochs import scans_seen, settle_epochs, settled_outcomes
 from storage.catalog import rebuild_catalog
 from storage.errors import InputError
 from storage.workspace import Workspace, open_workspace
@@ -67,9 +67,10 @@ def monitor_campaign(
     with _ledger(campaign) as ledger:
         try:
             with kept_run(place, ledger):
+                seen = scans_seen(campaign, left)
                 done = _process(request, campaign, place, guard)
                 if not schemes:
-                    settle_epochs(place, campaign, done)
+                    settle_epochs(place, campaign, done, seen)
                 assess_structure(place, campaign)
         finally:
             rebuild_catalog(place)

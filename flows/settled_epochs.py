@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
@@ -10,14 +10,15 @@ from typing import Final
 from flows.outcome import EpochOutcome
 from storage.parquet import read_rows
 from storage.records import EpochRow
-from storage.settled import is_settled, settle
+from storage.settled import is_settled, settle, stamps_of
 from storage.tables import table_path
+from storage.verified import Stamp
 from storage.workspace import Workspace
+from tasks.code_version import library_versions
 from tasks.settings import Campaign, Epoch
 
 NO_RESULT: Final = {"alarms", "notify", "schedule", "execution", "files"}
 """Tables of the campaign file that change no result of an epoch."""
-
 
 PACKAGES: Final = ("flows", "tasks", "storage")
 
@@ -38,7 +39,17 @@ def settled_outcomes(place: Workspace, campaign: Campaign, epochs: Sequence[str]
     return found
 
 
-def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[EpochOutcome]) -> None:
+Seen = Mapping[str, Mapping[Path, Stamp | None]]
+"""Epoch to the scans that it rests on, as they were before a run read them."""
+
+
+def scans_seen(campaign: Campaign, epochs: Sequence[str]) -> Seen:
+    """Look at the scans of epochs before they are processed: one that is replaced meanwhile must be read again."""
+    known = [epoch for epoch in campaign.epochs if epoch.id in epochs]
+    return {epoch.id: stamps_of(_scans(campaign, epoch)) for epoch in known}
+
+
+def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[EpochOutcome], seen: Seen) -> None:
     """Put down the epochs that ended without any fault or refusal.
 
     Raises
@@ -49,13 +60,14 @@ def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[Epoch
     for outcome in outcomes:
         epoch = campaign.epoch(outcome.epoch)
         if epoch is not None and outcome.state == "ok" and not outcome.bad_input and outcome.fault is None:
-            settle(place, *_key(campaign, epoch))
+            structure, name, inputs, _ = _key(campaign, epoch)
+            settle(place, structure, name, inputs, seen[name])
 
 
 @lru_cache(maxsize=1)
 def _program() -> str:
-    """Digest of all sources of the program: whatever changed in it, the epochs are looked at once more."""
-    digest = hashlib.sha256()
+    """Digest of all sources and numeric libraries: whatever changed in them, the epochs are looked at once more."""
+    digest = hashlib.sha256("\n".join(library_versions()).encode())
     for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*")):
             if path.suffix in (".py", ".sql"):
@@ -66,8 +78,15 @@ def _program() -> str:
 def _key(campaign: Campaign, epoch: Epoch) -> tuple[str, str, str, list[Path]]:
     """Structure, epoch, digest of all that the result follows from beside the scans, and the scans."""
     needed = {epoch.id, campaign.reference_epoch.id}
-    settings = campaign.model_dump(mode="json", exclude=NO_RESULT)
+    whole = json.loads(campaign.filled_in_json())
+    settings = {name: table for name, table in whole.items() if name not in NO_RESULT}
     settings["epochs"] = [one for one in settings["epochs"] if one["id"] in needed]
     text = json.dumps([settings, _program()], sort_keys=True)
-    scans = [campaign.scan_path(scan) for one in campaign.epochs if one.id in needed for scan in one.scans]
-    return campaign.structure.id, epoch.id, hashlib.sha256(text.encode()).hexdigest(), scans
+    inputs = hashlib.sha256(text.encode()).hexdigest()
+    return campaign.structure.id, epoch.id, inputs, _scans(campaign, epoch)
+
+
+def _scans(campaign: Campaign, epoch: Epoch) -> list[Path]:
+    """Scans of an epoch and of the reference epoch, which may hold its frame."""
+    needed = {epoch.id, campaign.reference_epoch.id}
+    return [campaign.scan_path(scan) for one in campaign.epochs if one.id in needed for scan in one.scans]

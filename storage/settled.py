@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
@@ -10,7 +10,7 @@ from storage.atomic import write_atomically
 from storage.digests import text_sha256
 from storage.ids import check_id
 from storage.tables import EPOCH_TABLES, table_path
-from storage.verified import stamp_of
+from storage.verified import Stamp, stamp_of
 from storage.workspace import Workspace
 
 YOUNGEST_NS: Final = 2_000_000_000
@@ -32,23 +32,34 @@ def is_settled(ws: Workspace, structure: str, epoch: str, inputs: str, scans: It
     return mark is not None and path.is_file() and path.read_bytes() == mark
 
 
-def settle(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bool:
+def stamps_of(scans: Iterable[Path]) -> dict[Path, Stamp | None]:
+    """What tells whether scans change from now on."""
+    return {path: stamp_of(path) for path in scans}
+
+
+def settle(
+    ws: Workspace, structure: str, epoch: str, inputs: str, before: Mapping[Path, Stamp | None]
+) -> bool:
     """Put down that an epoch was published from these inputs and scans just now.
+
+    Parameters
+    ----------
+    before : mapping
+        ``stamps_of`` the scans from before they were read.
 
     Returns
     -------
     bool
-        False if that cannot be told: a file is absent, or changed so lately that its time says nothing.
+        False if that cannot be told: a scan is absent, changed since, or so lately that its time says nothing.
 
     Raises
     ------
     StorageError
         If the disk refuses.
     """
-    scan_files = tuple(scans)
-    youngest = [stamp.mtime_ns for path in scan_files if (stamp := stamp_of(path)) is not None]
-    mark = _mark(ws, structure, epoch, inputs, scan_files)
-    if mark is None or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
+    youngest = [stamp.mtime_ns for stamp in before.values() if stamp is not None]
+    mark = _mark(ws, structure, epoch, inputs, before)
+    if mark is None or stamps_of(before) != before or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
         return False
     write_atomically(_place(ws, structure, epoch), mark)
     return True

@@ -78,7 +78,7 @@ def basis_of(before: AxisRecord, after: AxisRecord, kinship: Kinship) -> Basis |
     if after.tilt.method != "surface" and not same_heights(first, second):
         found = at_common_heights(free, first, second)
         if found is None:
-            return "the epochs have fewer than 4 centres at the same heights"
+            return "the axes of the epochs rest on fewer than 4 centres at the same heights"
         free = found
         reasons.append("counted from the heights that both epochs have")
     change, held = _hold(free, kinship)

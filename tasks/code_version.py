@@ -212,6 +212,11 @@ def _is_text(part: ast.stmt) -> bool:
     )
 
 
+def library_versions() -> tuple[str, ...]:
+    """Installed libraries whose version can change a number, with their versions."""
+    return tuple(told for library in sorted(NUMERIC_LIBRARIES) for told in _versions(library))
+
+
 def _versions(library: str) -> Iterator[str]:
     for distribution in NUMERIC_LIBRARIES[library]:
         try:

@@ -47,10 +47,11 @@ def at_common_heights(free: ParameterChange, before: SliceAxis, after: SliceAxis
     """
     nearest = np.abs(before.z_m[:, None] - after.z_m[None, :])
     old, new = np.nonzero(nearest < SAME_HEIGHT_M)
-    if len(old) < LEAST_COMMON:
+    weight = np.sqrt(before.weight[old] * after.weight[new])
+    # an axis may rest on few of its centres, and the other epoch on others
+    if np.count_nonzero(weight) < LEAST_COMMON:
         return None
     z_m = after.z_m[new]
-    weight = np.sqrt(before.weight[old] * after.weight[new])
     low, high = after.ends_m
     d = after.east_north_radius_m[new] - before.east_north_radius_m[old]
     rows = _rows(z_m, weight, (low, high))

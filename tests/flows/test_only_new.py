@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+import flows.monitor_campaign as monitor_campaign_module
 from flows.outcome import RunOutcome
 from flows.run_campaign import RunRequest, run_campaign
 from storage.publish import remove_epoch
@@ -15,6 +16,15 @@ from storage.workspace import Workspace
 from tests.flows.campaigns import STRUCTURE, ignore, only_epoch, replace_text, small_campaign, stage_rows
 
 EPOCH = "2025-01"
+OWN_LIMIT = """[[limits]]
+name = "own"
+version = 1
+kind = "in-service"
+document = "works rule 12"
+edition = "2019"
+source = "a copy in the project folder"
+points_m = [[20.0, 0.1], [120.0, {metres}]]
+"""
 
 
 @dataclass(frozen=True)
@@ -73,3 +83,32 @@ def test_an_epoch_whose_tables_are_gone_is_published_again(place: Place) -> None
     assert remove_epoch(Workspace(place.workspace), STRUCTURE, EPOCH)
     assert stage_rows(place.run()) != []
     assert stage_rows(place.run()) == []
+
+
+def test_a_scan_that_is_replaced_while_it_is_processed_is_looked_at_again(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scan = next(place.file.parent.glob(f"{EPOCH}/*.laz"))
+    process = monitor_campaign_module._process
+
+    def replaced_meanwhile(*arguments):  # type: ignore[no-untyped-def]
+        done = process(*arguments)
+        copy = scan.with_suffix(".copy")
+        shutil.copy2(scan, copy)
+        copy.replace(scan)
+        return done
+
+    monkeypatch.setattr(monitor_campaign_module, "_process", replaced_meanwhile)
+    place.run(only_new=False)
+    monkeypatch.undo()
+    assert stage_rows(place.run()) != []
+
+
+def test_a_limit_of_an_own_file_is_looked_at(place: Place) -> None:
+    own = place.file.parent / "own.toml"
+    own.write_text(OWN_LIMIT.format(metres=0.5), encoding="utf-8")
+    replace_text(place.file, 'table = "gb50078-concrete-quoted"', 'file = "own.toml"')
+    place.run()
+    assert stage_rows(place.run()) == []
+    own.write_text(OWN_LIMIT.format(metres=0.6), encoding="utf-8")
+    assert stage_rows(place.run()) != []

@@ -7,6 +7,7 @@ import pytest
 
 from benchmarks.change.no_change import CASES, RING, SIDE, false_alarms, power_of
 from benchmarks.change.simulated_epochs import Site, State, Survey, axis_record
+from storage.records import SliceRow
 from tasks.change_basis import AxisRecord, Kinship
 from tasks.change_quantities import Quantity, changed_quantities
 
@@ -86,6 +87,22 @@ def test_a_bent_shaft_whose_top_was_not_seen_again_did_not_move() -> None:
     assert plain > 0.03
     assert not significant(found)
     assert "heights that both epochs have" in (found["lean"].reason or "")
+
+
+def test_axes_that_rest_on_other_centres_are_not_compared() -> None:
+    rng = np.random.default_rng(6)
+    sites = [Site(RING_SURVEY), Site(replace(RING_SURVEY, top_m=80.0))]
+    before, after = (axis_record(site, site.draw(rng, STILL), n) for n, site in enumerate(sites))
+    # as with a line through two centres: all others have no weight
+    before = replace(before, slices=[_weighing(row, row.slice_index in (0, 39)) for row in before.slices])
+    after = replace(after, slices=[_weighing(row, row.slice_index in (1, 30)) for row in after.slices])
+    (lean,) = changed_quantities(before, after, FULL)
+    assert lean.p_value is None
+    assert "fewer than 4 centres" in (lean.reason or "")
+
+
+def _weighing(row: SliceRow, counts: bool) -> SliceRow:
+    return replace(row, weight=None if row.state != "ok" else float(counts))
 
 
 def test_another_part_of_the_shaft_is_not_compared() -> None:
