@@ -219,7 +219,7 @@ def _where(found: CentreChange) -> str:
         moved_mm = 1e3 * (found.moved_m or 0.0)
         return f"the shape changed: between {between} by {moved_mm:.1f} mm beside what is smooth{noise}"
     if found.shape_p_value is not None and found.shape_p_value < SIGNIFICANT_P:
-        return f"the shape changed smoothly: the shaft bent{noise}"
+        return f"they differ smoothly beyond shift and lean, more than they scatter; how much it bent: see bending{noise}"
     if found.significant:
         return f"the shaft moved as a whole, its shape did not change ({found.n} centres){noise}"
     return (
