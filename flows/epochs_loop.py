@@ -10,6 +10,7 @@ from typing import Any, Final
 from prefect import Flow
 from prefect.task_runners import ThreadPoolTaskRunner
 
+from flows.campaign_read import campaign_held
 from flows.ledger import current_ledger
 from flows.monitor_epoch import monitor_epoch
 from flows.outcome import EpochOutcome
@@ -67,10 +68,11 @@ def _process_here(request: EpochsRequest, campaign: Campaign, place: Workspace) 
     catalog = CatalogFollower(place)
     epoch_flow = _epoch_flow(campaign, place)
     outcomes: list[EpochOutcome] = []
-    for epoch in request.epochs:
-        outcomes.append(process_epoch(epoch_flow, request, epoch))
-        ledger.ended(outcomes[-1])
-        catalog.follow()
+    with campaign_held(request.campaign_file, request.workspace, campaign):
+        for epoch in request.epochs:
+            outcomes.append(process_epoch(epoch_flow, request, epoch))
+            ledger.ended(outcomes[-1])
+            catalog.follow()
     return outcomes
 
 

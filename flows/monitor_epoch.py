@@ -6,6 +6,7 @@ from typing import Final
 from prefect import flow
 from prefect.serializers import JSONSerializer
 
+from flows.campaign_read import read_campaign
 from flows.epoch_publication import publish_result
 from flows.epoch_quality import rate_coverage_of
 from flows.epoch_steps import evaluate_schemes, measure_schemes
@@ -23,7 +24,6 @@ from storage.locks import epoch_lock
 from storage.places import with_store
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
-from tasks.settings.intake import load_with_intake
 
 WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
 """Another run of the same epoch is waited for: what it computes is then found in the cache."""
@@ -66,7 +66,7 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
 
 
 def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochWork:
-    campaign = load_with_intake(Path(campaign_file), Path(workspace))
+    campaign = read_campaign(campaign_file, workspace)
     chosen = campaign.epoch(epoch)
     if chosen is None:
         known = ", ".join(known.id for known in campaign.epochs)

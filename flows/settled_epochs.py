@@ -27,10 +27,13 @@ ROOT: Final = Path(__file__).resolve().parents[1]
 
 def settled_outcomes(place: Workspace, campaign: Campaign, epochs: Sequence[str]) -> dict[str, EpochOutcome]:
     """Epochs whose scans, settings and code did not change since they were published, with how they ended then."""
-    found = {}
+    found, inputs = {}, _Inputs(campaign)
     for name in epochs:
         epoch = campaign.epoch(name)
-        if epoch is not None and is_settled(place, *_key(campaign, epoch)):
+        if epoch is None:
+            continue
+        scans = _scans(campaign, epoch)
+        if is_settled(place, campaign.structure.id, name, inputs.digest_of(epoch), scans):
             path = table_path(place, "epochs", campaign.structure.id, name)
             (row,) = read_rows(path, "epochs", EpochRow)
             reasons = () if row.reason is None else (row.reason,)
@@ -57,11 +60,11 @@ def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[Epoch
     StorageError
         If the disk refuses.
     """
+    inputs = _Inputs(campaign)
     for outcome in outcomes:
         epoch = campaign.epoch(outcome.epoch)
         if epoch is not None and outcome.state == "ok" and not outcome.bad_input and outcome.fault is None:
-            structure, name, inputs, _ = _key(campaign, epoch)
-            settle(place, structure, name, inputs, seen[name])
+            settle(place, campaign.structure.id, epoch.id, inputs.digest_of(epoch), seen[epoch.id])
 
 
 @lru_cache(maxsize=1)
@@ -75,15 +78,20 @@ def _program() -> str:
     return digest.hexdigest()
 
 
-def _key(campaign: Campaign, epoch: Epoch) -> tuple[str, str, str, list[Path]]:
-    """Structure, epoch, digest of all that the result follows from beside the scans, and the scans."""
-    needed = {epoch.id, campaign.reference_epoch.id}
-    whole = json.loads(campaign.filled_in_json())
-    settings = {name: table for name, table in whole.items() if name not in NO_RESULT}
-    settings["epochs"] = [one for one in settings["epochs"] if one["id"] in needed]
-    text = json.dumps([settings, _program()], sort_keys=True)
-    inputs = hashlib.sha256(text.encode()).hexdigest()
-    return campaign.structure.id, epoch.id, inputs, _scans(campaign, epoch)
+class _Inputs:
+    """What the results of epochs follow from beside their scans; the settings are written out once for all epochs."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        whole = json.loads(campaign.filled_in_json())
+        self._settings = {name: table for name, table in whole.items() if name not in NO_RESULT}
+        self._epochs = {one["id"]: one for one in self._settings.pop("epochs")}
+        self._reference = campaign.reference_epoch.id
+
+    def digest_of(self, epoch: Epoch) -> str:
+        """Digest of the settings, of the epoch and the reference epoch in them, and of the program."""
+        needed = [self._epochs[name] for name in sorted({epoch.id, self._reference})]
+        text = json.dumps([self._settings, needed, _program()], sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _scans(campaign: Campaign, epoch: Epoch) -> list[Path]:

@@ -54,11 +54,11 @@ class Kinship:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Basis:
-    """The change to be tested, and what to mind about it; ``foot_m`` is the lower end of the part that was measured."""
+    """The change to be tested, and what to mind about it; ``ends_m`` are the ends of the part that was measured."""
 
     change: ParameterChange
     free: ParameterChange
-    foot_m: float
+    ends_m: tuple[float, float]
     reasons: tuple[str, ...]
 
 
@@ -84,7 +84,7 @@ def basis_of(before: AxisRecord, after: AxisRecord, kinship: Kinship) -> Basis |
     change, held = _hold(free, kinship)
     if held:
         reasons.append(held)
-    return Basis(change, free, second.ends_m[0], (*reasons, *_warnings(after.tilt.method, kinship)))
+    return Basis(change, free, second.ends_m, (*reasons, *_warnings(after.tilt.method, kinship)))
 
 
 def _hold(free: ParameterChange, kinship: Kinship) -> tuple[ParameterChange, str | None]:

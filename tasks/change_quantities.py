@@ -12,6 +12,7 @@ from tasks.change import (
     FREE,
     SIGNIFICANT_P,
     SUM_OF_BOTH,
+    AxisError,
     CentreChange,
     Centres,
     ParameterChange,
@@ -75,7 +76,7 @@ def _all_centres(before: AxisRecord, after: AxisRecord, basis: Basis, kinship: K
                 reason="the epochs saw other sides of the wall, so their centres cannot be compared",
             )
         ]
-    found = compare_centres(_centres(before.slices), _centres(after.slices), _rigid(basis.free))
+    found = compare_centres(_centres(before.slices), _centres(after.slices), _axis_error(basis))
     return [] if found is None else [_congruency(found)]
 
 
@@ -86,11 +87,11 @@ def _untested(before: TiltRow, after: TiltRow, reason: str) -> Quantity:
 
 def _base(basis: Basis) -> Quantity:
     """The shift of the straight axis at the foot of what was measured: at z = 0 it may be an extrapolation."""
-    change = basis.change
+    change, foot_m = basis.change, basis.ends_m[0]
     places = [change.names.index(name) for name in AXIS_NAMES[:4]]
-    down = np.array([[1.0, 0.0, basis.foot_m, 0.0], [0.0, 1.0, 0.0, basis.foot_m]])
+    down = np.array([[1.0, 0.0, foot_m, 0.0], [0.0, 1.0, 0.0, foot_m]])
     covariance = down @ change.covariance[np.ix_(places, places)] @ down.T
-    reason = f"at z = {basis.foot_m:g} m"
+    reason = f"at z = {foot_m:g} m"
     return _tested("base", down @ change.difference[places], covariance, 1.0, change.basis, reason)
 
 
@@ -171,10 +172,10 @@ def _radius(free: ParameterChange) -> Quantity | None:
     )
 
 
-def _rigid(free: ParameterChange) -> NDArray[np.float64]:
-    """Covariance (4, 4) of the difference of the straight axes."""
-    places = [free.names.index(name) for name in AXIS_NAMES[:4]]
-    return np.asarray(free.covariance[np.ix_(places, places)])
+def _axis_error(basis: Basis) -> AxisError:
+    """Covariance of the difference of the axes, bending and all, as far as both epochs state it."""
+    places = [basis.free.names.index(name) for name in AXIS_NAMES if name in basis.free.names]
+    return AxisError(basis.free.covariance[np.ix_(places, places)], basis.ends_m)
 
 
 def _centres(slices: Sequence[SliceRow]) -> Centres:

@@ -64,9 +64,11 @@ def _timed(campaign: Path, folder: Path, workers: int) -> Timed:
         outcome = run_campaign(RunRequest(own, folder / "ws"), lambda _event: None)
         wall_s = time.perf_counter() - began
         spent = processor_seconds() - before
-    states = {epoch.state for epoch in outcome.epochs}
-    if outcome.cached or "failed" in states:
-        raise SystemExit(f"no measurement: {outcome.cached} stages cached, states {states}")
+    failed = [
+        f"{epoch.epoch}: {'; '.join(epoch.reasons)}" for epoch in outcome.epochs if epoch.state == "failed"
+    ]
+    if outcome.cached or failed:
+        raise SystemExit("\n".join([f"no measurement: {outcome.cached} stages cached", *failed]))
     rows = read_rows(
         table_path(Workspace(outcome.workspace), "runs", STRUCTURE, outcome.run), "runs", StageRunRow
     )

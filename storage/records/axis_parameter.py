@@ -12,8 +12,9 @@ class AxisParameterRow:
 
     ``base_east``, ``base_north``: the straight axis at z = 0 of the site frame. ``lean_east``, ``lean_north``: the lean
     vector. ``bend_east``, ``bend_north``: the coefficient of the second Legendre polynomial over the shaft, which is two
-    thirds of the sagitta. ``radius_0``, ``radius_1``, ...: coefficients of the Legendre polynomials of the mean radius
-    over the part of the shaft that is cut or fitted.
+    thirds of the sagitta. ``s_bend_east``, ``s_bend_north``: that of the third one, a bend in the shape of an S.
+    ``radius_0``, ``radius_1``, ...: coefficients of the Legendre polynomials of the mean radius over the part of the
+    shaft that is cut or fitted.
     """
 
     structure: Annotated[str, Column("id of the structure")]
@@ -21,7 +22,7 @@ class AxisParameterRow:
     scheme: Annotated[str, Column("slicing scheme")]
     method: Annotated[str, Column("paper, robust or surface")]
     parameter: Annotated[
-        str, Column("base_east, base_north, lean_east, lean_north, bend_east, bend_north, radius_0, ...")
+        str, Column("base_, lean_, bend_ and s_bend_ with east and north behind; radius_0, radius_1, ...")
     ]
     place: Annotated[
         int, Column("number of the parameter, from 0: the order of its rows and columns in the covariance")

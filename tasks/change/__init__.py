@@ -1,6 +1,6 @@
 """Change between two epochs: what they have in common cancelled, each quantity tested by itself, and where it happened."""
 
-from tasks.change.centres import CentreChange, Centres, compare_centres
+from tasks.change.centres import AxisError, CentreChange, Centres, compare_centres
 from tasks.change.chi_square import SIGNIFICANT_P, ChangeTest, chi_square_test, detectable_factor
 from tasks.change.common_heights import SliceAxis, at_common_heights, same_heights
 from tasks.change.coverage import SeenSurface, likeness
@@ -19,6 +19,7 @@ __all__ = [
     "RADIUS_HELD",
     "SIGNIFICANT_P",
     "SUM_OF_BOTH",
+    "AxisError",
     "CentreChange",
     "Centres",
     "ChangeTest",

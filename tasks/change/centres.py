@@ -1,9 +1,10 @@
 """The congruency test over the centres of all slices of two epochs, and where the shaft changed its shape.
 
 The differences of the centres are taken apart: a smooth part (shift, lean, and bending up to a cubic), which stations out of
-level move together, and what is left, which tells how much the centres really scatter. The smooth part is tested as a whole
-by that scatter and by what levels and positions allow (after Pelzer 1971, DIN 18710-4); what is left is searched for the run
-of slices whose common shift explains most. What slices state of themselves is a few per cent off as a rule, and over
+level or place move together, and what is left, which tells how much the centres really scatter. The smooth part is tested
+as a whole by that scatter and by what the poses allow (after Pelzer 1971, DIN 18710-4): stations that see different heights
+make them bend, too, so it is the covariance of the bending axis that says how much. What is left is searched for the run of
+slices whose common shift explains most. What slices state of themselves is a few per cent off as a rule, and over
 hundreds of components that alone would be a change: so their scatter is never taken from what they state.
 """
 
@@ -49,6 +50,27 @@ class Centres:
     covariance_m2: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class AxisError:
+    """How uncertain the difference of two axes is, as bending curves.
+
+    ``covariance`` (2 k, 2 k) of shift east and north at z = 0 in metres, lean east and north, and then, as far as they are
+    known, of the coefficients of the second and third Legendre polynomial from ``ends_m[0]`` to ``ends_m[1]``, metres.
+    """
+
+    covariance: NDArray[np.float64]
+    ends_m: tuple[float, float]
+
+    def terms(self, z_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Derivatives (m, 2, 2 k) of the axis at heights (m,) by what the covariance is of."""
+        low, high = self.ends_m
+        k = len(self.covariance) // 2
+        share = (2.0 * z_m - low - high) / (high - low)
+        bends = np.polynomial.legendre.legvander(share, k - 1)[:, 2:]
+        basis = np.column_stack([np.ones_like(z_m), z_m, bends])
+        return _both_components(basis)
+
+
 @dataclass(frozen=True, slots=True)
 class CentreChange:
     """What the centres of two epochs say.
@@ -77,17 +99,15 @@ class CentreChange:
         return self.p_value < SIGNIFICANT_P
 
 
-def compare_centres(
-    before: Centres, after: Centres, rigid_covariance: NDArray[np.float64]
-) -> CentreChange | None:
+def compare_centres(before: Centres, after: Centres, axis_error: AxisError) -> CentreChange | None:
     """Test all centres that two epochs have at the same heights; None with fewer than ``LEAST_CENTRES`` of them.
 
     Parameters
     ----------
     before, after : Centres
         A centre counts where the other epoch has one within a millimetre of height.
-    rigid_covariance : (4, 4) array
-        Covariance of the difference of the straight axes: shift east and north at z = 0 in metres, lean east and north.
+    axis_error : AxisError
+        Of the difference of the axes, points and poses.
     """
     nearest = np.abs(before.z_m[:, None] - after.z_m[None, :])
     old, new = np.nonzero(nearest < SAME_HEIGHT_M)
@@ -96,9 +116,10 @@ def compare_centres(
     noise = after.covariance_m2[new] + before.covariance_m2[old]
     split = _Split(after.z_m[new], after.center_m[new] - before.center_m[old], noise)
     factor, freedom = split.scatter()
-    smooth, size = split.smooth_test(rigid_covariance, factor)
+    allowed = split.allowed(axis_error, factor)
+    smooth, size = split.smooth_test(allowed)
     p_smooth = float(f.sf(smooth / size, size, freedom))
-    bend = split.bend_test(factor)
+    bend = split.bend_test(allowed)
     found = CentreChange(
         n=len(old),
         statistic=smooth,
@@ -129,17 +150,22 @@ class _Split:
         """Derivatives (m, 2, 2 k) of the centres by the coefficients of the smooth part, east and north by turns."""
         low, high = float(self.z_m.min()), float(self.z_m.max())
         share = (2.0 * self.z_m - low - high) / (high - low)
-        basis = np.polynomial.legendre.legvander(share, self.order)
-        made = np.zeros((len(self.z_m), 2, 2 * basis.shape[1]))
-        made[:, 0, 0::2] = made[:, 1, 1::2] = basis
-        return made
+        return _both_components(np.polynomial.legendre.legvander(share, self.order))
 
-    def smooth(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Coefficients (2 k,) of the smooth part and their covariance (2 k, 2 k) by the stated noise."""
-        weight, terms = np.linalg.inv(self.noise), self.terms
-        normal = np.einsum("mki,mkl,mlj->ij", terms, weight, terms)
-        covariance = np.linalg.inv(normal)
-        return covariance @ np.einsum("mki,mkl,ml->i", terms, weight, self.d), covariance
+    def smooth(self, d: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Coefficients (2 k, ...) of the smooth part of differences (m, 2, ...)."""
+        pull = self.smooth_noise @ np.einsum("mki,mkl->iml", self.terms, np.linalg.inv(self.noise)).reshape(
+            2 * self.order + 2, -1
+        )
+        return np.asarray(pull @ d.reshape(2 * len(self.z_m), *d.shape[2:]))
+
+    @property
+    def smooth_noise(self) -> NDArray[np.float64]:
+        """Covariance (2 k, 2 k) of the smooth part by the stated noise."""
+        terms = self.terms
+        return np.asarray(
+            np.linalg.inv(np.einsum("mki,mkl,mlj->ij", terms, np.linalg.inv(self.noise), terms))
+        )
 
     def scatter(self) -> tuple[float, float]:
         """Variance of the centres over the stated one, and its degrees of freedom.
@@ -147,31 +173,28 @@ class _Split:
         The median of the squared lengths of what is left: a part of the shaft that moved does not enlarge it.
         """
         m = len(self.z_m)
-        left = self.d - self.terms @ self.smooth()[0]
+        left = self.d - self.terms @ self.smooth(self.d)
         squares = np.einsum("mi,mij,mj->m", left, np.linalg.inv(self.noise), left)
         redundant = m - self.order - 1
         factor = float(np.median(squares)) / (MEDIAN_CHI2_2 * redundant / m)
         return max(LEAST_FACTOR, factor), max(2.0 * redundant * MEDIAN_EFFICIENCY, 1.0)
 
-    def smooth_test(self, rigid: NDArray[np.float64], factor: float) -> tuple[float, int]:
-        """Statistic of the smooth part and its size; levels and positions may move it as a rigid body."""
-        coefficients, noise = self.smooth()
-        low, high = float(self.z_m.min()), float(self.z_m.max())
-        by_rigid = np.zeros((len(coefficients), RIGID))
-        by_rigid[[0, 1], [0, 1]] = 1.0
-        by_rigid[[0, 1], [2, 3]] = (low + high) / 2.0
-        by_rigid[[2, 3], [2, 3]] = (high - low) / 2.0
-        moved = by_rigid @ rigid @ by_rigid.T
-        # what the slices' own noise does is in the rigid covariance, too, and must not count twice
-        beyond = _positive_part(moved[:RIGID, :RIGID] - noise[:RIGID, :RIGID])
-        total = factor * noise
-        total[:RIGID, :RIGID] += beyond
-        return float(coefficients @ np.linalg.solve(total, coefficients)), len(coefficients)
+    def allowed(self, axis_error: AxisError, factor: float) -> NDArray[np.float64]:
+        """Covariance (2 k, 2 k) of the smooth part: what the centres scatter, and what poses move together."""
+        noise = self.smooth_noise
+        follows = self.smooth(axis_error.terms(self.z_m))
+        # what the slices' own noise does is in that of the axes, too, and must not count twice
+        beyond = _positive_part(follows @ axis_error.covariance @ follows.T - noise)
+        return np.asarray(factor * noise + beyond)
 
-    def bend_test(self, factor: float) -> tuple[float, int] | None:
+    def smooth_test(self, allowed: NDArray[np.float64]) -> tuple[float, int]:
+        """Statistic of the smooth part and its size."""
+        coefficients = self.smooth(self.d)
+        return float(coefficients @ np.linalg.solve(allowed, coefficients)), len(coefficients)
+
+    def bend_test(self, allowed: NDArray[np.float64]) -> tuple[float, int] | None:
         """Statistic of the smooth part beyond shift and lean, and its size; None where it has no more."""
-        coefficients, noise = self.smooth()
-        bend, covariance = coefficients[RIGID:], factor * noise[RIGID:, RIGID:]
+        bend, covariance = self.smooth(self.d)[RIGID:], allowed[RIGID:, RIGID:]
         return (float(bend @ np.linalg.solve(covariance, bend)), len(bend)) if len(bend) else None
 
     def left_over(self, factor: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -184,6 +207,13 @@ class _Split:
         each = np.arange(m)
         information[each, :, each, :] += weight
         return information, np.einsum("minj,nj->mi", information, self.d)
+
+
+def _both_components(basis: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Functions (m, k) of the height as derivatives (m, 2, 2 k) of east and north, the coefficients by turns."""
+    made = np.zeros((len(basis), 2, 2 * basis.shape[1]))
+    made[:, 0, 0::2] = made[:, 1, 1::2] = basis
+    return made
 
 
 def _positive_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from tasks.change.difference import ParameterChange
 
 LEAST_COMMON: Final = 4
 LEAST_FOR_BEND: Final = 6
+LEAST_FOR_S_BEND: Final = 12
 LEAST_FOR_PROFILE: Final = 12
 
 SAME_HEIGHT_M: Final = 1e-3
@@ -98,6 +99,9 @@ def _rows(
     if len(z_m) >= LEAST_FOR_BEND:
         bend = np.linalg.pinv(np.polynomial.legendre.legvander(share, 2))[2]
         rows |= {f"bend_{side}": bend for side in ("east", "north")}
+    if len(z_m) >= LEAST_FOR_S_BEND:
+        s_bend = np.linalg.pinv(np.polynomial.legendre.legvander(share, 3))[3]
+        rows |= {f"s_bend_{side}": s_bend for side in ("east", "north")}
     if len(z_m) >= LEAST_FOR_PROFILE:
         profile = np.linalg.pinv(np.polynomial.legendre.legvander(share, 4))
         rows |= {f"radius_{order}": row for order, row in enumerate(profile)}

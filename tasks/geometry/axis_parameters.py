@@ -6,8 +6,17 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-AXIS_NAMES: Final = ("base_east", "base_north", "lean_east", "lean_north", "bend_east", "bend_north")
-"""Straight axis at z = 0 in metres, lean, and the coefficient of the second Legendre polynomial in metres."""
+AXIS_NAMES: Final = (
+    "base_east",
+    "base_north",
+    "lean_east",
+    "lean_north",
+    "bend_east",
+    "bend_north",
+    "s_bend_east",
+    "s_bend_north",
+)
+"""Straight axis at z = 0 in metres, lean, and the coefficients of the second and third Legendre polynomial in metres."""
 
 LEAN: Final = ("lean_east", "lean_north")
 

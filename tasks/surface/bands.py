@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import SectionFit, failed_section
+from tasks.surface.bending import with_bending
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.fit import CELLS_PER_INTERVAL, Adjusted
 from tasks.surface.form import kept_in
@@ -25,9 +26,13 @@ def bands_of(adjusted: Adjusted, variant: str) -> tuple[SectionFit, ...]:
     """One row a band, bands without points too; ``variant`` is the name of the surface model.
 
     A band is as tall as an interval of the radius. Its centre is that of the surface plus what the band's own points are
-    off it; its covariance is from the points and what those of a block have in common.
+    off it, less what the poses of their stations explain of that: the surface was fitted with the poses adjusted, and
+    stations that see different heights would bend the bands where it is straight. Its covariance is from the points and
+    what those of a block have in common.
     """
-    return tuple(_bands(adjusted, variant))
+    bent = with_bending(adjusted)
+    by_poses = bent.cells.residual_m - bent.normal.without_poses(bent.cells.residual_m)
+    return tuple(_bands(replace(bent, cells=bent.cells.moved(by_poses)), variant))
 
 
 def _bands(adjusted: Adjusted, variant: str) -> Iterator[SectionFit]:

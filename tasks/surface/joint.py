@@ -23,9 +23,10 @@ def rows_of(form: Form) -> NDArray[np.float64]:
     lean[[0, 1], form.lean_rows] = 1.0 / form.half_m
     base = -form.middle_m * lean
     base[[0, 1], [0, form.n_axis]] = 1.0
-    bend = np.zeros((2, form.size))
+    bend, s_bend = np.zeros((2, 2, form.size))
     bend[[0, 1], [2, form.n_axis + 2]] = 1.0
-    return np.concatenate([base, lean, bend, _radius_rows(form)])
+    s_bend[[0, 1], [3, form.n_axis + 3]] = 1.0
+    return np.concatenate([base, lean, bend, s_bend, _radius_rows(form)])
 
 
 def values_of(profile: Profile) -> NDArray[np.float64]:

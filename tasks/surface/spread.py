@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.axis_parameters import JointParts
+from tasks.surface.bending import bent_beside
 from tasks.surface.cells import SECTORS, Cells
 from tasks.surface.choice import FULL_COVERAGE_DEG
 from tasks.surface.fit import Adjusted
@@ -21,9 +22,6 @@ from tasks.surface.wall_modes import wall_modes
 HEIGHTS_OF_CLUSTER: Final = 24
 SECTORS_OF_CLUSTER: Final = 9
 """Pieces of the wall that are drawn together: a 24th of its height by 45 degrees."""
-
-BENT: Final = 2
-"""Order of an axis that bends once."""
 
 RESAMPLES: Final = 400
 SEED: Final = 20250314
@@ -76,7 +74,7 @@ def spread_of(adjusted: Adjusted, n_stations: int, poses: StationPoses | None) -
     """
     equations = _Equations(adjusted.normal, adjusted.profile.form)
     lean_pull = adjusted.normal.pull(equations.lean_of)
-    small, wide = _asked_for(adjusted), _with_bending(adjusted)
+    small, wide = _asked_for(adjusted), bent_beside(adjusted)
     return Spread(
         points=_noise(adjusted, lean_pull),
         form=_wall(adjusted, lean_pull)
@@ -122,24 +120,6 @@ def _straightened(adjusted: Adjusted) -> _Equations:
         return _Equations(adjusted.normal, form)
     small = replace(form, axis_order=adjusted.choice.asked_for.axis_order)
     return _Equations(adjusted.normal.kept(kept_in(small, form)), small)
-
-
-def _with_bending(adjusted: Adjusted) -> Adjusted:
-    """The surface with bending that may be nothing: epochs are compared by it, whether one asks for it or not.
-
-    One step brings the bending; axis and radius stay as they are stated.
-    """
-    form = adjusted.profile.form
-    if form.axis_order >= BENT:
-        return adjusted
-    large = replace(form, axis_order=BENT)
-    values = np.zeros(large.size)
-    values[kept_in(form, large)] = adjusted.profile.values_m
-    weighed = Weighed(adjusted.cells, adjusted.blocks.share, adjusted.normal.poses)
-    normal = normal_of(weighed, large, values)
-    bend = [BENT, large.n_axis + BENT]
-    values[bend] = normal.step()[bend]
-    return replace(adjusted, profile=replace(adjusted.profile, form=large, values_m=values), normal=normal)
 
 
 def _joint(adjusted: Adjusted, poses: StationPoses | None) -> JointParts:

@@ -10,8 +10,9 @@ from tasks.geometry.axis_parameters import AXIS_NAMES, RADIUS_TERMS, JointParts,
 from tasks.uncertainty.station_sums import base_leverage, leverage
 
 LEAST_FOR_BEND: Final = 6
+LEAST_FOR_S_BEND: Final = 12
 LEAST_FOR_PROFILE: Final = 12
-"""With fewer centres there is no bending, and no radius but a cone."""
+"""With fewer centres there is no bending, none in the shape of an S, and no radius but a cone."""
 
 LOOSEST: Final = 1e8
 """Condition of a slice's normal equations above which its points fix no size."""
@@ -57,6 +58,8 @@ def joint_slices(shaft: SlicedShaft) -> JointSlices:
     functions = [base_leverage(z_m, shaft.levers), leverage(z_m, shaft.levers)]
     if m >= LEAST_FOR_BEND:
         functions.append(_legendre_rows(shaft, 3)[2])
+    if m >= LEAST_FOR_S_BEND:
+        functions.append(_legendre_rows(shaft, 4)[3])
     n_radius = RADIUS_TERMS if m >= LEAST_FOR_PROFILE else 2
     rows = np.zeros((2 * len(functions) + n_radius, m, 3))
     for number, function in enumerate(functions):

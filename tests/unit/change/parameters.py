@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from tasks.geometry.axis_parameters import AXIS_NAMES, AxisParameters, radius_names
 
-NAMES = AXIS_NAMES + radius_names(2)
+NAMES = AXIS_NAMES[:6] + radius_names(2)
 SIGMAS = np.array([8e-3, 8e-3, 7e-6, 7e-6, 2e-4, 2e-4, 1e-3, 1e-3])
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tasks.change import Centres, compare_centres
+from tasks.change import AxisError, Centres, compare_centres
 from tasks.change.centres import CentreChange
 
 Z = np.arange(2.5, 102.0, 1.0)
 SIGMA_M = 1e-3
-RIGID = np.diag([8e-3, 8e-3, 7e-6, 7e-6]) ** 2
+RIGID = AxisError(np.diag([8e-3, 8e-3, 7e-6, 7e-6]) ** 2, (2.0, 102.0))
 
 
 def centres(moved_m: NDArray[np.float64], stated_m: float = SIGMA_M) -> Centres:
@@ -22,7 +22,7 @@ def compared(
 ) -> CentreChange:
     rng = np.random.default_rng(seed)
     first, second = (noise_m * rng.normal(size=(len(Z), 2)) for _ in range(2))
-    poses = rng.normal(size=4) * np.sqrt(np.diag(RIGID)) * rigid
+    poses = rng.normal(size=4) * np.sqrt(np.diag(RIGID.covariance)) * rigid
     by_poses = poses[:2] + Z[:, None] * poses[2:]
     found = compare_centres(centres(first), centres(second + by_poses + moved_m), RIGID)
     assert found is not None
@@ -97,3 +97,25 @@ def test_turning_the_frame_turns_nothing_else() -> None:
     assert turned is not None
     assert turned.statistic == pytest.approx(plain.statistic, rel=1e-9)
     assert (turned.z_low_m, turned.z_high_m) == (plain.z_low_m, plain.z_high_m)
+
+
+def bent_by_poses(seed: int, known: int) -> CentreChange:
+    """Two epochs of a straight shaft that poses bend; ``known`` terms of the axis are in the covariance that is given."""
+    rng = np.random.default_rng(seed)
+    error = AxisError(np.diag([8e-3, 8e-3, 7e-6, 7e-6, 1e-3, 1e-3, 1e-3, 1e-3]) ** 2, (2.0, 102.0))
+    first, second = (SIGMA_M * rng.normal(size=(len(Z), 2)) for _ in range(2))
+    by_poses = error.terms(Z) @ (rng.normal(size=8) * np.sqrt(np.diag(error.covariance)))
+    given = AxisError(error.covariance[:known, :known], error.ends_m)
+    found = compare_centres(centres(first), centres(second + by_poses), given)
+    assert found is not None
+    return found
+
+
+def test_a_bend_that_poses_cause_is_no_change_of_shape() -> None:
+    found = [bent_by_poses(seed, known=8) for seed in range(300)]
+    # binomial: 0.05 +- 3 * 0.0126
+    assert np.mean([one.p_value < 0.05 for one in found]) <= 0.088
+    assert np.mean([(one.shape_p_value or 0.0) < 0.05 for one in found]) == pytest.approx(0.05, abs=0.038)
+    # this test can fail: with the straight axis alone nearly all of them would be called bent
+    without = [bent_by_poses(seed, known=4) for seed in range(20)]
+    assert np.mean([(one.shape_p_value or 0.0) < 0.05 for one in without]) > 0.7
