@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import UTC, datetime, timedelta
+from functools import cache
 from math import isfinite
 from pathlib import Path
 from typing import Any, Final, TypeVar, cast
@@ -30,6 +31,7 @@ _MICROSECOND: Final = timedelta(microseconds=1)
 _INT64: Final = range(-(2**63), 2**63)
 
 
+@cache
 def schema_of(table: str, record: type) -> pa.Schema:
     """Arrow schema of a record class; unit and meaning stand in the metadata of each field."""
     columns = [
@@ -152,7 +154,8 @@ def is_undamaged(path: Path) -> bool:
 
 def _whole_content(path: Path) -> pa.Table:
     with _damage_told(path), pq.ParquetFile(path, page_checksum_verification=True) as file:
-        return file.read()
+        # its own threads would wait for each other longer than a small file takes
+        return file.read(use_threads=False)
 
 
 @contextmanager
