@@ -31,9 +31,13 @@ _MICROSECOND: Final = timedelta(microseconds=1)
 _INT64: Final = range(-(2**63), 2**63)
 
 
-@cache
 def schema_of(table: str, record: type) -> pa.Schema:
     """Arrow schema of a record class; unit and meaning stand in the metadata of each field."""
+    return _schema_of(table, record)
+
+
+@cache
+def _schema_of(table: str, record: type) -> pa.Schema:
     columns = [
         pa.field(
             field.name,

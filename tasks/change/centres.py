@@ -150,7 +150,7 @@ class _Split:
         """Derivatives (m, 2, 2 k) of the centres by the coefficients of the smooth part, east and north by turns."""
         low, high = float(self.z_m.min()), float(self.z_m.max())
         share = (2.0 * self.z_m - low - high) / (high - low)
-        return _both_components(np.polynomial.legendre.legvander(share, self.order))
+        return _both_components(np.asarray(np.polynomial.legendre.legvander(share, self.order)))
 
     def smooth(self, d: NDArray[np.float64]) -> NDArray[np.float64]:
         """Coefficients (2 k, ...) of the smooth part of differences (m, 2, ...)."""
