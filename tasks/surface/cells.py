@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.side_by_side import side_by_side
+from tasks.surface.cell_kernel import MOMENTS, SUMS, add_points
 from tasks.surface.profile import ProfileTable
 
 SECTORS: Final = 72
 """Cells around the shaft: 5 degrees each."""
-
-CHUNK: Final = 1 << 17
-"""Points looked at at once."""
 
 TUKEY_CUT: Final = 6.0
 """Cut of Tukey's biweight in sigmas: efficiency 0.98 at normal noise, and nothing beyond 6 sigma counts."""
@@ -116,7 +114,8 @@ class Cells:
         )
 
 
-_SUMS: Final = 10
+PARTS: Final = 4
+"""Into which the points are cut, however many threads there are: the order of the sums does not depend on the machine."""
 
 
 def sum_cells(cloud: SurfacePoints, table: ProfileTable, grid: Grid, sigma_m: NDArray[np.float64]) -> Cells:
@@ -133,24 +132,15 @@ def sum_cells(cloud: SurfacePoints, table: ProfileTable, grid: Grid, sigma_m: ND
     sigma_m : (stations, SECTORS) array
         Noise of the points of each station in each direction, metres.
     """
-    starts = range(0, len(cloud.points_m), CHUNK)
+    ends = np.linspace(0, len(cloud.points_m), PARTS + 1).astype(np.intp)
 
-    def of_chunk(start: int) -> _ChunkSums:
-        return _sum_chunk(cloud, slice(start, start + CHUNK), table, grid, sigma_m)
+    def of_part(number: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return _sum_part(cloud, slice(ends[number], ends[number + 1]), table, grid, sigma_m)
 
-    total = np.zeros((_SUMS, grid.size(cloud.n_stations)))
-    moments = np.zeros(3)
-    for part in side_by_side(of_chunk, starts):
-        total[:, part.cells] += part.sums
-        moments += part.moments
-    return _cells_of(total, moments / max(len(cloud.points_m), 1), grid)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _ChunkSums:
-    cells: NDArray[np.intp]
-    sums: NDArray[np.float64]
-    moments: NDArray[np.float64]
+    parts = side_by_side(of_part, range(PARTS))
+    total = np.sum([sums for sums, _ in parts], axis=0)
+    moments = np.sum([of for _, of in parts], axis=0)
+    return _cells_of(total.reshape(-1, SUMS).T, moments / max(len(cloud.points_m), 1), grid)
 
 
 def sector_of(direction: NDArray[np.complex128]) -> NDArray[np.intp]:
@@ -159,39 +149,25 @@ def sector_of(direction: NDArray[np.complex128]) -> NDArray[np.intp]:
     return np.asarray(np.floor(turn).astype(np.intp) % SECTORS)
 
 
-def _sum_chunk(
+def _sum_part(
     cloud: SurfacePoints, rows: slice, table: ProfileTable, grid: Grid, sigma_m: NDArray[np.float64]
-) -> _ChunkSums:
-    points, station = cloud.points_m[rows], cloud.station_index[rows].astype(np.intp)
-    look = table.look_at(points)
-    sector = sector_of(look.direction)
-    height = np.clip((points[:, 2] - grid.low_m) / grid.step_m, 0, grid.n_heights - 1).astype(np.intp)
-    cell = (station * grid.n_heights + height) * SECTORS + sector
-    sigma = sigma_m[station, sector]
-    ratio = np.minimum((look.residual_m / (TUKEY_CUT * sigma)) ** 2, 1.0)
-    robust = (1.0 - ratio) ** 2
-    weight = robust / sigma**2
-    used = (ratio < 1.0).astype(np.float64)
-    present, place = np.unique(cell, return_inverse=True)
-    columns = (
-        np.ones(len(cell)),
-        used,
-        weight,
-        weight * look.residual_m,
-        weight * look.direction.real,
-        weight * look.direction.imag,
-        weight * points[:, 2],
-        weight * look.foot_m,
-        used * look.residual_m**2,
-        robust,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    sums, moments = np.zeros((cloud.n_stations, grid.n_heights, SECTORS, SUMS)), np.zeros(MOMENTS)
+    add_points(
+        cloud.points_m[rows],
+        cloud.station_index[rows],
+        table.origin_m,
+        table.rows,
+        table.harmonics,
+        (table.low_m, table.step_m),
+        table.across,
+        (grid.low_m, grid.step_m),
+        sigma_m,
+        TUKEY_CUT,
+        sums,
+        moments,
     )
-    sums = np.stack([np.bincount(place, column, minlength=len(present)) for column in columns]).astype(
-        np.float64
-    )
-    scaled = (look.residual_m / sigma) ** 2
-    slope = (1.0 - ratio) * (1.0 - 5.0 * ratio)
-    moments = np.array([np.sum(robust**2 * scaled), np.sum(slope), np.sum(robust)])
-    return _ChunkSums(present, sums, moments)
+    return sums, moments
 
 
 def _cells_of(total: NDArray[np.float64], moments: NDArray[np.float64], grid: Grid) -> Cells:

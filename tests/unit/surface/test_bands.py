@@ -1,13 +1,15 @@
 """The bands of a surface beside its axis: where stations err, both say the same, and as surely as stated."""
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from tasks.surface import SurfaceFit, SurfacePoints, SurfaceRequest, fit_surface
+from tasks.surface.normal import Normal
 from tests.unit.surface.shafts import HIGH_M, LEAN, LOW_M, Shaft, scanned, start_of, stations_of
 
 STATIONS = 8
-SIGMAS = np.array([3e-5, 3e-5, 3e-5, 2e-3, 2e-3, 2e-3])
+SIGMAS = np.array([1e-5, 1e-5, 2e-6, 1e-3, 1e-3, 1e-3])
 """Of a pose: rotations in radians, shifts in metres."""
 
 BENDS = ("bend_east", "bend_north", "s_bend_east", "s_bend_north")
@@ -49,11 +51,19 @@ def bends_of_bands(fit: SurfaceFit) -> NDArray[np.float64]:
     return np.asarray((np.linalg.pinv(np.polynomial.legendre.legvander(share, 3)) @ centres)[2:].ravel())
 
 
-def test_bands_bend_no_more_than_the_axis_where_stations_are_out_of_place() -> None:
-    fits = [fit_of(seed) for seed in range(8)]
-    apart = np.array([bends_of_bands(fit) - bends_of(fit) for fit in fits])
-    # stations are out of place by 2 mm: with that in the bands they would bend by half a millimetre
-    assert np.abs(apart).max() < 1.5e-4
+def largest_apart(fits: list[SurfaceFit]) -> float:
+    return float(np.abs([bends_of_bands(fit) - bends_of(fit) for fit in fits]).max())
+
+
+def test_bands_bend_no_more_than_the_axis_where_stations_are_out_of_place(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seeds = range(6)
+    apart_m = largest_apart([fit_of(seed) for seed in seeds])
+    monkeypatch.setattr(Normal, "without_poses", lambda _normal, residual_m: residual_m)
+    as_they_are_m = largest_apart([fit_of(seed) for seed in seeds])
+    assert apart_m < 1e-4
+    assert as_they_are_m > 2.0 * apart_m
 
 
 def test_the_bending_scatters_as_stated() -> None:
@@ -66,7 +76,8 @@ def test_the_bending_scatters_as_stated() -> None:
         chi2.append(float(bends @ np.linalg.solve(covariance, bends)))
     # four degrees of freedom: mean 4 with a standard deviation of sqrt(8 / 24)
     assert np.mean(chi2) < 4.0 + 3.0 * np.sqrt(8.0 / 24.0)
-    assert np.mean(chi2) > 1.5
+    # on the safe side: noise is taken from points that poses move, too
+    assert np.mean(chi2) > 1.2
 
 
 def test_the_lean_of_such_a_shaft_is_within_its_covariance() -> None:
