@@ -27,6 +27,7 @@ NUMERIC_LIBRARIES: Final = {
     "skimage": ("scikit-image",),
     "open3d": ("open3d-cpu", "open3d"),
     "laspy": ("laspy", "lazrs"),
+    "numba": ("numba", "llvmlite"),
     "pyarrow": (),
 }
 

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.robust import MAD_TO_SIGMA, tukey_weights
+from tasks.geometry.side_by_side import side_by_side
+from tasks.preprocessing.kernels import place_points
 
 TERMS: Final = 7
 """Unknowns a knot: east, north, radius, and the cosine and sine of 2 and of 3 times the angle."""
@@ -44,8 +46,8 @@ GATE_SHRINK: Final = 0.6
 
 POINTS_NEEDED: Final = 50
 
-CHUNK: Final = 1 << 16
-"""Points placed at once."""
+CHUNK: Final = 1 << 18
+"""Points placed by one thread at once."""
 
 NOISE_LIMIT_M: Final = 0.03
 NOISE_LIMIT_RADII: Final = 0.03
@@ -85,15 +87,19 @@ class _Look:
 
 
 def place_about(surface: Surface, points_m: NDArray[np.float64]) -> SurfacePlace:
-    """Place points (n, 3) about the surface; in chunks, to keep the memory small."""
-    place = SurfacePlace(*(np.empty(len(points_m)) for _ in range(3)))
-    for start in range(0, len(points_m), CHUNK):
+    """Place points (n, 3) about the surface; in chunks, side by side."""
+    off_m, around_m, radius_m = (np.empty(len(points_m)) for _ in range(3))
+    knots_m = surface.knots_z_m
+    low_m, step_m = float(knots_m[0]), float(knots_m[1] - knots_m[0])
+
+    def of_chunk(start: int) -> None:
         rows = slice(start, start + CHUNK)
-        look = _look(surface, points_m[rows])
-        place.off_m[rows] = look.residual_m
-        place.radius_m[rows] = look.radius_m
-        place.around_m[rows] = np.arctan2(look.terms[:, 1], look.terms[:, 0]) * look.radius_m
-    return place
+        place_points(
+            points_m[rows], low_m, step_m, surface.values_m, off_m[rows], around_m[rows], radius_m[rows]
+        )
+
+    side_by_side(of_chunk, range(0, len(points_m), CHUNK))
+    return SurfacePlace(off_m, around_m, radius_m)
 
 
 def fit_surface(start: Surface, points_m: NDArray[np.float64], gate_m: float) -> Surface | FitFailure:

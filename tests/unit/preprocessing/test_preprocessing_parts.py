@@ -7,6 +7,7 @@ from tasks.preprocessing.bands import sample_bands, split_bands
 from tasks.preprocessing.consensus import CircleSearch, find_circles
 from tasks.preprocessing.denoising import find_isolated
 from tasks.preprocessing.redundancy import find_duplicates
+from tasks.preprocessing.surface import TERMS, Surface, _look, place_about
 
 EDGES_M = np.linspace(0.0, 10.0, 6)
 SEARCH = CircleSearch((0.7, 1.4), 0.03)
@@ -94,6 +95,31 @@ def test_packed_and_plain_keys_choose_the_same_points(spread_m: float) -> None:
     rng = np.random.default_rng(9)
     points = np.tile(rng.uniform(0.0, spread_m, (500, 3)), (4, 1))
     assert np.flatnonzero(~find_duplicates(points, 1e-4)).tolist() == list(range(500))
+
+
+@pytest.mark.parametrize("voxel_m", [0.003, 0.05, 0.4])
+def test_the_first_points_of_cubes_are_those_of_a_plain_search(voxel_m: float) -> None:
+    # more points than one layer holds
+    points = np.random.default_rng(11).uniform(-3.0, 5.0, (1_100_000, 3))
+    cubes = np.floor((points - points.min(axis=0)) / voxel_m).astype(np.int64)
+    sides = cubes.max(axis=0) + 1
+    key = (cubes[:, 2] * sides[1] + cubes[:, 1]) * sides[0] + cubes[:, 0]
+    plain = np.sort(np.unique(key, return_index=True)[1])
+    assert np.array_equal(np.flatnonzero(~find_duplicates(points, voxel_m)), plain)
+
+
+def test_compiled_places_are_those_of_the_fit() -> None:
+    rng = np.random.default_rng(12)
+    knots_m = np.linspace(2.0, 42.0, 9)
+    values_m = 0.05 * rng.standard_normal((9, TERMS))
+    values_m[:, 2] += 3.0
+    surface = Surface(knots_m, values_m, 0.003)
+    points = np.column_stack([rng.uniform(-4.0, 4.0, (20_000, 2)), rng.uniform(0.0, 44.0, 20_000)])
+    place, look = place_about(surface, points), _look(surface, points)
+    assert place.off_m == pytest.approx(look.residual_m, abs=1e-12)
+    assert place.radius_m == pytest.approx(look.radius_m, rel=1e-14)
+    arc_m = np.arctan2(look.terms[:, 1], look.terms[:, 0]) * look.radius_m
+    assert place.around_m == pytest.approx(arc_m, abs=1e-12)
 
 
 def test_what_was_thinned_has_no_duplicates_left() -> None:
