@@ -16,7 +16,7 @@ from tasks.scan_units import explain_by_unit
 
 @dataclass(frozen=True, slots=True)
 class EpochShaft:
-    """The shaft's points with their stations, its rough model, what was removed, and how plumb each station is."""
+    """The shaft's points from the bottom up with their stations, its rough model, what was removed, and how plumb each station is."""
 
     cloud: PlacedCloud
     model: ShaftModel
@@ -41,7 +41,9 @@ def isolate_epoch(
     shaft = isolate_shaft(placed.points_m, prior, options)
     if isinstance(shaft, FitFailure):
         return explain_by_unit(shaft, scans_m, registration.poses, prior, options)
-    kept = PlacedCloud(placed.points_m[shaft.keep], placed.station_index[shaft.keep])
+    # from the bottom up: what is near in height is near in memory, and slices need no sorting
+    rising = shaft.keep[np.argsort(placed.points_m[shaft.keep, 2], kind="stable")]
+    kept = PlacedCloud(placed.points_m[rising], placed.station_index[rising])
     sigmas = [diagnosis.sigma_level_rad for diagnosis in registration.diagnoses]
     levels = check_levels(kept.points_m, kept.station_index, shaft.model, sigmas)
     return EpochShaft(kept, shaft.model, shaft.removed, levels, len(placed.points_m))

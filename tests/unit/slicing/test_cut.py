@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from storage.errors import ShapeError
-from tasks.slicing import SCHEMES, cut_slices, slice_heights
+from tasks.slicing import SCHEMES, cut_between, cut_slices, slice_heights
 
 
 def test_each_slice_holds_the_points_of_equation_2() -> None:
@@ -44,3 +44,17 @@ def test_no_points_or_no_heights_give_empty_slices() -> None:
 def test_points_of_the_wrong_shape_are_misuse() -> None:
     with pytest.raises(ShapeError, match=r"heights \(n,\)"):
         cut_slices(np.zeros((4, 3)), np.array([1.0]), 0.1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_points_from_the_bottom_up_are_cut_as_any_others(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    # rounded, so that many lie on the ends
+    z_m = np.round(rng.uniform(0.0, 12.0, 4_000), 1)
+    rising = np.argsort(z_m, kind="stable")
+    heights_m, edges_m = np.arange(1.0, 12.0, 0.5), np.arange(0.5, 11.1, 0.25)
+    for cut in (lambda z: cut_slices(z, heights_m, 0.2), lambda z: cut_between(z, edges_m)):
+        plain, sorted_first = cut(z_m), cut(z_m[rising])
+        assert sum(map(len, plain)) > 1_000
+        for rows, runs in zip(plain, sorted_first, strict=True):
+            assert rows.tolist() == np.sort(rising[runs]).tolist()
