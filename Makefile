@@ -1,5 +1,6 @@
 # make demo    simulate a campaign with known truth, run everything on it, print found against true
 # make test    the tests;  make test-all  the slow ones too
+# make bench   measure and write benchmarks/RESULTS.md (half an hour, on a machine that does nothing else)
 # make lint    style, types, import rules;  make format  put the style right
 # make setup   the set-up alone
 # make lock    resolve requirements.lock anew
@@ -18,7 +19,7 @@ ifneq ($(shell cat .venv/ready 2>/dev/null),$(CURDIR))
 .PHONY: .venv/ready
 endif
 
-.PHONY: setup demo test test-all lint format lock clean
+.PHONY: setup demo test test-all bench lint format lock clean
 
 setup: .venv/ready
 
@@ -30,6 +31,9 @@ test: .venv/ready
 
 test-all: .venv/ready
 	@$(BIN)/python -m pytest $(SIDE_BY_SIDE) -m "slow or not slow" --timeout=1200
+
+bench: .venv/ready
+	@$(BIN)/python -m benchmarks.results
 
 lint: .venv/ready
 	$(BIN)/ruff check .

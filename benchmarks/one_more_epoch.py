@@ -29,7 +29,7 @@ def main() -> None:
         request = SimulatedCampaignRequest(
             epochs=asked.epochs + asked.repeats, stations=asked.stations, points=asked.points
         )
-        campaign = _Campaign(write_simulated_campaign(folder / "campaign", request), folder / "ws")
+        campaign = GrowingCampaign(write_simulated_campaign(folder / "campaign", request), folder / "ws")
         print("| epochs there | one more, s | nothing new, s |\n|---|---|---|")
         for size in sizes:
             campaign.run(size)
@@ -38,7 +38,7 @@ def main() -> None:
             print(f"| {size} | {min(more):.1f} | {min(nothing):.1f} |", flush=True)
 
 
-class _Campaign:
+class GrowingCampaign:
     """A campaign file that can be cut to its first epochs."""
 
     def __init__(self, file: Path, workspace: Path) -> None:

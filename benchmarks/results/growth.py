@@ -1,0 +1,92 @@
+"""How a cold run grows with points, stations, epochs and cores."""
+
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from benchmarks.results.section import Section
+from benchmarks.results.whole_run import WholeRun, campaign_of, scans_of, timed_decoding, timed_run
+
+STAGES = ("ingest", "registration", "preprocessing", "surface", "slicing", "axis")
+
+
+def by_points(folder: Path, million_points: Sequence[float]) -> Section:
+    """One epoch in 8 LAZ files, cold, beside only decoding the same files."""
+    rows = []
+    for millions in million_points:
+        campaign = campaign_of(folder, round(1e6 * millions))
+        decoding = timed_decoding(scans_of(campaign))
+        run = _cold(campaign, folder)
+        rows.append(
+            [
+                f"{millions:g}",
+                f"{decoding.wall_s:.1f}",
+                f"{run.stages_s:.1f}",
+                f"{run.stages_s / decoding.wall_s:.1f}",
+                f"{run.process.wall_s:.1f}",
+                f"{run.process.peak_mib:.0f}",
+                *(f"{run.by_stage_s.get(stage, 0.0):.1f}" for stage in STAGES),
+            ]
+        )
+    return Section(
+        "One epoch, cold, by the number of points",
+        f"python -m benchmarks.results points --millions {' '.join(f'{m:g}' for m in million_points)}",
+        "8 stations as LAZ. Decoding: a process that only reads the same files with laspy and lazrs in parallel, its start "
+        "included. Stages: from the start of the first to the end of the last; the run: with the start of Python and "
+        "Prefect. Seconds of a stage are summed over stations and schemes, which work side by side.",
+        [
+            "million points",
+            "decoding, s",
+            "stages, s",
+            "ratio",
+            "run, s",
+            "peak, MiB",
+            *(f"{stage}, s" for stage in STAGES),
+        ],
+        rows,
+    )
+
+
+def by_stations(folder: Path, points: int, stations: Sequence[int]) -> Section:
+    """The same number of points a station, more of them."""
+    rows = []
+    for count in stations:
+        run = _cold(campaign_of(folder, points * count, count), folder)
+        rows.append(
+            [str(count), f"{run.stages_s:.1f}", f"{run.stages_s / count:.2f}", f"{run.process.peak_mib:.0f}"]
+        )
+    return Section(
+        "One epoch, cold, by the number of stations",
+        f"python -m benchmarks.results stations --points {points}",
+        f"{points:,} points a station.",
+        ["stations", "stages, s", "a station, s", "peak, MiB"],
+        rows,
+    )
+
+
+def by_cores(folder: Path, points: int) -> Section:
+    """The same run on one core and on all."""
+    campaign = campaign_of(folder, points)
+    every = os.sched_getaffinity(0)
+    rows = []
+    for count in sorted({1, len(every)}):
+        os.sched_setaffinity(0, sorted(every)[:count])
+        try:
+            run = _cold(campaign, folder)
+        finally:
+            os.sched_setaffinity(0, every)
+        rows.append([str(count), f"{run.stages_s:.1f}", f"{run.process.peak_mib:.0f}"])
+    return Section(
+        "One epoch, cold, by the number of cores",
+        f"python -m benchmarks.results cores --points {points}",
+        f"{points:,} points in 8 stations; with one core Prefect's server shares it.",
+        ["cores", "stages, s", "peak, MiB"],
+        rows,
+    )
+
+
+def _cold(campaign: Path, folder: Path) -> WholeRun:
+    workspace = folder / "cold"
+    shutil.rmtree(workspace, ignore_errors=True)
+    return timed_run(campaign, workspace)
