@@ -15,6 +15,7 @@ from storage.series import publish_series
 from storage.views import alarm_event_rows, alarm_rows
 from tasks.alarm_evaluation import PendingEpoch, evaluate_alarms
 from tasks.settings import load_campaign
+from tests.flows.alarm_receivers import http_server
 from tests.flows.calls import ROOT, call
 from tests.flows.stored_campaign import Stored, publish, publish_without_result, stored_campaign
 from tests.flows.stored_series import change_test, chart_row, trend_row
@@ -278,3 +279,28 @@ def test_the_list_of_alarms_has_the_gravest_first(capsys: pytest.CaptureFixture[
     publish(stored, "e2", 1, FAIL, moved_m=0.05)
     called = call(capsys, "alarms", stored.file, "--evaluate")
     assert [line.split()[0] for line in called.out.splitlines()] == ["alarm", "warning", "info"]
+
+
+def test_a_trial_message_says_which_targets_take_it(
+    capsys: pytest.CaptureFixture[str], stored: Stored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert call(capsys, "alarms", str(stored.file), "--trial").code == 2
+    rules(
+        stored,
+        LIMIT,
+        'notify = ["desk", "bell"]\n',
+        '[[notify]]\nid = "desk"\nkind = "webhook"\nurl_env = "DESK_URL"\n',
+        '[[notify]]\nid = "bell"\nkind = "email"\nurl_env = "BELL_URL"\n',
+    )
+    monkeypatch.delenv("BELL_URL", raising=False)
+    with http_server() as desk:
+        monkeypatch.setenv("DESK_URL", f"json://127.0.0.1:{desk.port}/hook")
+        tried = call(capsys, "alarms", str(stored.file), "--trial")
+    assert tried.code == 3
+    assert "desk: taken" in tried.out
+    assert "bell: not taken: the environment variable BELL_URL is not set" in tried.out
+    (post,) = desk.posts
+    assert "trial" in post["title"]
+    assert post["action"] == "trial"
+    # no alarm: nothing is put into the log, and no workspace is needed
+    assert not stored.workspace.catalog.exists()
