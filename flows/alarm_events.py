@@ -1,9 +1,9 @@
 """Tell a Prefect server of alarms, so that its automations can act on them."""
 
-import os
 from collections.abc import Sequence
 from typing import Final
 
+from flows.prefect_home import users_server
 from flows.terminal import note
 from storage.records import AlarmEventRow
 
@@ -17,7 +17,7 @@ def tell_prefect(rows: Sequence[AlarmEventRow]) -> int:
     A server that cannot be reached never stops a run: the log of alarms is what counts, and targets of [[notify]] are
     what people rely on.
     """
-    if not rows or not os.environ.get("PREFECT_API_URL"):
+    if not rows or users_server() is None:
         return 0
     try:
         # Prefect reads its settings when it is imported

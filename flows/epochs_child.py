@@ -39,6 +39,7 @@ def main(words: Sequence[str]) -> None:
 
     from flows.epochs_loop import EpochsRequest, process_epochs
     from flows.flow_run_states import tag_of
+    from flows.known_code import known_code
     from flows.ledger import RunLedger, current_ledger
     from storage.run_record import journal_of
     from storage.workspace import Workspace
@@ -51,7 +52,7 @@ def main(words: Sequence[str]) -> None:
     asked = EpochsRequest(
         request.campaign_file, request.workspace, tuple(request.epochs), tuple(request.schemes)
     )
-    with tags(tag_of(request.run)):
+    with known_code(place), tags(tag_of(request.run)):
         process_epochs(asked, load_with_intake(Path(request.campaign_file), Path(request.workspace)), place)
 
 

@@ -1,5 +1,6 @@
 """Ask the workflow server which runs it takes for running, and tell it of those that ended by force."""
 
+import os
 from collections.abc import Iterable, Sequence
 from typing import Final
 from uuid import UUID
@@ -19,15 +20,18 @@ from prefect.client.schemas.objects import FlowRun, StateType
 from prefect.settings import PREFECT_API_URL
 from prefect.states import Crashed
 
+from flows.prefect_home import OWN_ADDRESS
+
 OWN_SERVER: Final = "own"
-"""Stands for a server that a run starts for itself; its database lies in the workspace."""
+"""Stands for the server that runs of a workspace start for themselves; its database lies in the workspace."""
 
 UNDER_WAY: Final = [StateType.PENDING, StateType.RUNNING, StateType.CANCELLING, StateType.PAUSED]
 
 
 def server_in_use() -> str:
-    """Address of the server that runs of this process are told to; ``own`` where each run starts one."""
-    return PREFECT_API_URL.value() or OWN_SERVER
+    """Address of the server that runs of this process are told to; ``own`` where the workspace has one of its own."""
+    address: str | None = PREFECT_API_URL.value()
+    return OWN_SERVER if not address or address == os.environ.get(OWN_ADDRESS) else address
 
 
 def tag_of(run: str) -> str:

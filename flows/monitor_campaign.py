@@ -14,15 +14,15 @@ from prefect.runtime import deployment
 from flows.assess_structure import assess_structure
 from flows.epochs_in_children import process_in_children
 from flows.epochs_loop import EpochsRequest, process_epochs
+from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.monitor_epoch import PLAIN_JSON
 from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
 from flows.run_guard import RunGuard, guard_of, with_retries
 from flows.run_keeping import kept_run
-from flows.settled_epochs import scans_seen, settle_epochs, settled_outcomes
+from flows.settled_epochs import chosen_epochs, scans_seen, settle_epochs, settled_outcomes
 from storage.catalog import rebuild_catalog
-from storage.errors import InputError
 from storage.workspace import Workspace, open_workspace
 from tasks.settings import Campaign
 from tasks.settings.intake import load_with_intake
@@ -56,7 +56,7 @@ def monitor_campaign(
     """
     campaign = load_with_intake(Path(campaign_file), Path(workspace))
     place = open_workspace(Path(workspace))
-    chosen = _chosen_epochs(campaign, campaign_file, epochs or [])
+    chosen = chosen_epochs(campaign, campaign_file, epochs or [])
     deployed = deployment.id is not None
     look_away = (deployed if only_new is None else only_new) and not schemes
     settled = settled_outcomes(place, campaign, chosen) if look_away else {}
@@ -64,7 +64,7 @@ def monitor_campaign(
     request = EpochsRequest(campaign_file, str(place.root), left, tuple(schemes or ()))
     if guard is None and deployed:
         guard = guard_of(campaign)
-    with _ledger(campaign) as ledger:
+    with known_code(place), _ledger(campaign) as ledger:
         try:
             with kept_run(place, ledger):
                 seen = scans_seen(campaign, left)
@@ -92,14 +92,6 @@ def _process(
         return process_in_children(replace(request, epochs=tuple(epochs)), place, time_limit_s)
 
     return with_retries(in_children, request.epochs, guard)
-
-
-def _chosen_epochs(campaign: Campaign, campaign_file: str, names: list[str]) -> list[str]:
-    known = [epoch.id for epoch in sorted(campaign.epochs, key=lambda epoch: epoch.time)]
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        raise InputError(f"{campaign_file}: no epoch {unknown[0]!r}; known: {', '.join(known)}")
-    return [name for name in known if not names or name in names]
 
 
 @contextmanager

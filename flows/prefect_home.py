@@ -1,28 +1,103 @@
-"""Settings of Prefect for one workspace, made before Prefect is imported: its own home, quiet, no telemetry."""
+"""Settings of Prefect for one workspace, made before Prefect is imported: its own home and server, quiet, no telemetry."""
 
 import os
+import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
+from typing import Final
 
-from flows.ephemeral_server import mark_server, stop_orphans
+from flows.kept_server import NoServerError, ServerSearch, keep_alive
 from flows.terminal import note
 from storage.workspace import Workspace
 
+ADDRESS: Final = "PREFECT_API_URL"
 
-def prepare_prefect(workspace: Workspace) -> None:
-    """Point Prefect to the workspace.
+SECRET: Final = "PREFECT_API_AUTH_STRING"  # noqa: S105 (its name)
 
-    A server that the user names by PREFECT_API_URL is used; otherwise each run starts one of its own on
-    loopback that goes away with it. One that a killed run left behind is stopped here. What the user set in
-    the environment wins. The records of stages are in the workspace in any case: the flow says so itself.
+OWN_ADDRESS: Final = "TILTWATCH_SERVER"
+"""Address of the server that belongs to the workspace; children inherit it, and so know it from one that a user named."""
+
+KEEP_VARIABLE: Final = "TILTWATCH_KEEP_SERVER_S"
+"""Stands above keep_server_s of the campaign file: for tests and machines that must be left empty."""
+
+_followed: dict[str, Thread] = {}
+"""Who looks after the server of a home that this process uses; it is used until the process ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Engine:
+    """The workflow engine of a run: Prefect may be imported, and before its first flow the server be waited for."""
+
+    search: ServerSearch | None
+    keep_s: float
+
+    def wait(self) -> None:
+        """Wait for the server; where it does not come up, Prefect starts one for this process alone."""
+        if self.search is None:
+            return
+        try:
+            lease = self.search.wait()
+        except NoServerError as fault:
+            _use_none(fault)
+            return
+        _followed[lease.record.folder] = keep_alive(lease, self.keep_s)
+
+
+def prepare_prefect(workspace: Workspace, keep_server_s: float) -> Engine:
+    """Point Prefect to the workspace and its server, which is found, or begins to start.
+
+    A server that the user names by PREFECT_API_URL is used; otherwise the workspace has one of its own on loopback, which
+    outlives the run by ``keep_server_s``. What the user set in the environment wins. The records of stages are in the
+    workspace in any case: the flow says so itself.
     """
     for name, value in _defaults(workspace.prefect).items():
         os.environ.setdefault(name, value)
-    if "PREFECT_API_URL" not in os.environ:
-        home = Path(os.environ["PREFECT_HOME"])
-        for process in stop_orphans(home):
-            note(f"stopped process {process}: the server of a run that was killed")
-        mark_server(home)
+    home = Path(os.environ["PREFECT_HOME"]).expanduser().resolve()
+    keep_s = float(os.environ.get(KEEP_VARIABLE) or keep_server_s)
+    if users_server() is not None or _is_in_use(home):
+        return Engine(None, keep_s)
+    try:
+        search = ServerSearch(home, keep_s)
+    except NoServerError as fault:
+        _use_none(fault)
+        return Engine(None, keep_s)
+    if not search.is_up:
+        note("starting the workflow engine: some seconds")
+    _point_to(search.record.url, search.record.secret)
+    return Engine(search, keep_s)
+
+
+def users_server() -> str | None:
+    """Address of the server that the user named; None where runs have their own."""
+    address = os.environ.get(ADDRESS)
+    return None if not address or address == os.environ.get(OWN_ADDRESS) else address
+
+
+def _is_in_use(home: Path) -> bool:
+    follower = _followed.get(str(home))
+    return follower is not None and follower.is_alive() and ADDRESS in os.environ
+
+
+def _use_none(fault: NoServerError) -> None:
+    note(f"the workspace has no workflow server to keep: {fault}; this run starts one for itself")
+    for name in (ADDRESS, SECRET, OWN_ADDRESS):
+        os.environ.pop(name, None)
+    _let_prefect_read()
+
+
+def _point_to(address: str, secret: str) -> None:
+    os.environ.update({ADDRESS: address, SECRET: secret, OWN_ADDRESS: address})
+    _let_prefect_read()
+
+
+def _let_prefect_read() -> None:
+    """Prefect reads its settings when it is imported; in a notebook that was before."""
+    if "prefect" in sys.modules:
+        from prefect.context import refresh_global_settings_context  # noqa: PLC0415
+
+        refresh_global_settings_context()
 
 
 def _defaults(home: Path) -> Mapping[str, str]:

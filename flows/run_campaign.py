@@ -4,10 +4,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
-from flows.outcome import RunOutcome
+from flows.outcome import EpochOutcome, RunOutcome
 from flows.prefect_home import prepare_prefect
-from storage.workspace import open_workspace
+from flows.settled_run import outcomes_of_settled_run
+from storage.workspace import Workspace, open_workspace
+from tasks.settings import Campaign
 from tasks.settings.intake import load_with_intake
 
 
@@ -39,24 +42,42 @@ def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) ->
     """
     campaign = load_with_intake(request.campaign_file, request.workspace)
     workspace = open_workspace(request.workspace)
-    prepare_prefect(workspace)
-    # Prefect reads its settings when it is imported
-    from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
-    from flows.run_guard import RunGuard  # noqa: PLC0415
-
     ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
     try:
-        outcomes = monitor_campaign(
-            str(request.campaign_file),
-            str(workspace.root),
-            list(request.epochs),
-            list(request.schemes),
-            None if request.time_limit_s is None else RunGuard(request.time_limit_s),
-            only_new=request.only_new,
-        )
+        outcomes = _without_engine(request, campaign, workspace, ledger)
+        if outcomes is None:
+            outcomes = _with_engine(request, campaign, workspace)
     finally:
         current_ledger.reset(token)
     return RunOutcome(
         ledger.run, workspace.root, ledger.count("computed"), ledger.count("cached"), tuple(outcomes)
+    )
+
+
+def _without_engine(
+    request: RunRequest, campaign: Campaign, workspace: Workspace, ledger: RunLedger
+) -> list[EpochOutcome] | None:
+    """How the epochs ended, where none of them must be looked at."""
+    if not request.only_new or request.anew or request.schemes:
+        return None
+    with known_code(workspace):
+        file = str(request.campaign_file)
+        return outcomes_of_settled_run(workspace, campaign, file, list(request.epochs), ledger)
+
+
+def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) -> list[EpochOutcome]:
+    engine = prepare_prefect(workspace, campaign.execution.keep_server_s)
+    # Prefect reads its settings when it is imported; its server starts meanwhile
+    from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
+    from flows.run_guard import RunGuard  # noqa: PLC0415
+
+    engine.wait()
+    return monitor_campaign(
+        str(request.campaign_file),
+        str(workspace.root),
+        list(request.epochs),
+        list(request.schemes),
+        None if request.time_limit_s is None else RunGuard(request.time_limit_s),
+        only_new=request.only_new,
     )

@@ -86,8 +86,9 @@ def _why_doubled(
     plan: PlannedScan, digest: str, produced: Produced, first_with: dict[str, str]
 ) -> str | None:
     """Say that another station has this scan: the same bytes, or another name for the same part of a file."""
-    points = produced.artifacts.get("points")
-    for what, key in (("bytes", _which(plan, digest)), ("points", "" if points is None else points.sha256)):
+    # not the digest of the artifact: equal points of a LAZ and of a PLY file are stored in two ways
+    points = str(produced.facts.get("fingerprint", ""))
+    for what, key in (("bytes", _which(plan, digest)), ("points", points)):
         first = first_with.setdefault(key, plan.station) if key else plan.station
         if first != plan.station:
             return f"{plan.path}: holds the same {what} as the scan of station {first}; name the right file"

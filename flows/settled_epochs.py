@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from flows.outcome import EpochOutcome
+from storage.errors import InputError
 from storage.parquet import read_rows
 from storage.records import EpochRow
 from storage.settled import is_settled, settle, stamps_of
@@ -23,6 +24,21 @@ NO_RESULT: Final = {"alarms", "notify", "schedule", "execution", "files"}
 PACKAGES: Final = ("flows", "tasks", "storage")
 
 ROOT: Final = Path(__file__).resolve().parents[1]
+
+
+def chosen_epochs(campaign: Campaign, campaign_file: str, names: Sequence[str]) -> list[str]:
+    """Epochs that are asked for, all where none is named, the earliest first.
+
+    Raises
+    ------
+    InputError
+        If one is not known.
+    """
+    known = [epoch.id for epoch in sorted(campaign.epochs, key=lambda epoch: epoch.time)]
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        raise InputError(f"{campaign_file}: no epoch {unknown[0]!r}; known: {', '.join(known)}")
+    return [name for name in known if not names or name in names]
 
 
 def settled_outcomes(place: Workspace, campaign: Campaign, epochs: Sequence[str]) -> dict[str, EpochOutcome]:

@@ -93,7 +93,7 @@ def put_array(ws: Workspace, kind: str, array: NDArray[Number]) -> ArtifactRef:
     def write(file: BinaryIO) -> None:
         np.lib.format.write_array(file, plain, version=(1, 0), allow_pickle=False)
 
-    return _put(ws, kind, "npy", write)
+    return put_written(ws, kind, "npy", write)
 
 
 def get_array(ws: Workspace, ref: ArtifactRef) -> NDArray[Number]:
@@ -131,7 +131,7 @@ def put_json(ws: Workspace, kind: str, value: JsonValue) -> ArtifactRef:
         content = text.encode()
     except (TypeError, ValueError) as fault:
         raise StorageError(f"artifact {kind!r} needs plain JSON values: {fault}") from fault
-    return _put(ws, kind, "json", content)
+    return put_written(ws, kind, "json", content)
 
 
 def get_json(ws: Workspace, ref: ArtifactRef) -> JsonValue:
@@ -142,11 +142,11 @@ def get_json(ws: Workspace, ref: ArtifactRef) -> JsonValue:
     StorageError
         If they are absent or damaged.
     """
-    path = _present(ws, ref)
+    path = present_artifact(ws, ref)
     try:
         value: JsonValue = json.loads(path.read_bytes())
     except ValueError as fault:
-        raise _damaged(path, str(fault)) from fault
+        raise damaged_artifact(path, str(fault)) from fault
     return value
 
 
@@ -158,7 +158,7 @@ def put_rows(ws: Workspace, kind: str, record: type[Row], rows: Sequence[Row]) -
     StorageError
         If a value may not be stored: see ``storage.parquet.table_from_rows``.
     """
-    return _put(ws, kind, "parquet", encode_rows(kind, record, rows))
+    return put_written(ws, kind, "parquet", encode_rows(kind, record, rows))
 
 
 def get_rows(ws: Workspace, ref: ArtifactRef, record: type[Row]) -> list[Row]:
@@ -169,7 +169,7 @@ def get_rows(ws: Workspace, ref: ArtifactRef, record: type[Row]) -> list[Row]:
     StorageError
         If they are absent, damaged or of another kind.
     """
-    return read_rows(_present(ws, ref), ref.kind, record)
+    return read_rows(present_artifact(ws, ref), ref.kind, record)
 
 
 def put_file(ws: Workspace, kind: str, source: Path) -> ArtifactRef:
@@ -187,7 +187,7 @@ def put_file(ws: Workspace, kind: str, source: Path) -> ArtifactRef:
         with source.open("rb") as content:
             shutil.copyfileobj(content, file, 1 << 20)
 
-    return _put(ws, kind, source.suffix.removeprefix(".").lower(), write)
+    return put_written(ws, kind, source.suffix.removeprefix(".").lower(), write)
 
 
 def is_whole(ws: Workspace, ref: ArtifactRef) -> bool:
@@ -214,7 +214,14 @@ class _HashingFile:
         return self._file.write(content)
 
 
-def _put(ws: Workspace, kind: str, ext: str, content: bytes | Writer) -> ArtifactRef:
+def put_written(ws: Workspace, kind: str, ext: str, content: bytes | Writer) -> ArtifactRef:
+    """Store bytes, or what a function writes to the file that it is given; the digest is computed on the way.
+
+    Raises
+    ------
+    StorageError
+        If the disk refuses; whatever the function raises goes through, and nothing is stored.
+    """
     written: list[_HashingFile] = []
 
     def write(file: BinaryIO) -> None:
@@ -235,7 +242,14 @@ def _put(ws: Workspace, kind: str, ext: str, content: bytes | Writer) -> Artifac
     return ref
 
 
-def _present(ws: Workspace, ref: ArtifactRef) -> Path:
+def present_artifact(ws: Workspace, ref: ArtifactRef) -> Path:
+    """File of an artifact on this machine, of the right size.
+
+    Raises
+    ------
+    StorageError
+        If it is absent or of another size.
+    """
     try:
         return store_of(ws).local_path(ref.name, ref.content)
     except StorageError as fault:
@@ -243,13 +257,14 @@ def _present(ws: Workspace, ref: ArtifactRef) -> Path:
 
 
 def _loaded(ws: Workspace, ref: ArtifactRef, mode: Literal["r"] | None) -> NDArray[Number]:
-    path = _present(ws, ref)
+    path = present_artifact(ws, ref)
     try:
         array: NDArray[Number] = np.load(path, mmap_mode=mode, allow_pickle=False)
     except (OSError, ValueError, EOFError) as fault:
-        raise _damaged(path, str(fault)) from fault
+        raise damaged_artifact(path, str(fault)) from fault
     return array
 
 
-def _damaged(path: Path, what: str) -> StorageError:
+def damaged_artifact(path: Path, what: str) -> StorageError:
+    """Fault of an artifact that is not what was stored, with the way out."""
     return StorageError(f"artifact {path} is damaged ({what}); delete it and run again to compute it anew")

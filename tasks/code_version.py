@@ -17,10 +17,11 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final, ParamSpec, TypeVar
 
+from tasks.code_memory import OURS, remembered
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
-OURS: Final = ("tasks", "storage")
 NUMERIC_LIBRARIES: Final = {
     "numpy": ("numpy",),
     "scipy": ("scipy",),
@@ -44,6 +45,10 @@ def code_version(function: Callable[..., object]) -> str:
     Names that the function uses are followed: those of its own module as definitions, those that it
     imports as whole modules with everything that these import.
     """
+    return remembered(function, lambda: _version_of(function))
+
+
+def _version_of(function: Callable[..., object]) -> str:
     home = _parsed(function.__module__)
     reached = _definitions_from(home, function.__name__)
     digest = hashlib.sha256()
@@ -218,9 +223,10 @@ def library_versions() -> tuple[str, ...]:
     return tuple(told for library in sorted(NUMERIC_LIBRARIES) for told in _versions(library))
 
 
-def _versions(library: str) -> Iterator[str]:
+@lru_cache(maxsize=64)
+def _versions(library: str) -> tuple[str, ...]:
+    found = []
     for distribution in NUMERIC_LIBRARIES[library]:
-        try:
-            yield f"{distribution}=={version(distribution)}"
-        except PackageNotFoundError:
-            continue
+        with suppress(PackageNotFoundError):
+            found.append(f"{distribution}=={version(distribution)}")
+    return tuple(found)

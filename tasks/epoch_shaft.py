@@ -16,7 +16,7 @@ from tasks.scan_units import explain_by_unit
 
 @dataclass(frozen=True, slots=True)
 class EpochShaft:
-    """The shaft's points from the bottom up with their stations, its rough model, what was removed, how plumb each station is."""
+    """Points from the bottom up with their stations, rough model, what was removed, how plumb each station is."""
 
     cloud: PlacedCloud
     model: ShaftModel

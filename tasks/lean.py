@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,6 @@ from tasks.geometry.axis_parameters import LEAN, AxisParameters, as_stated
 from tasks.geometry.failure import FitFailure
 from tasks.methods import Method
 from tasks.preprocessing import ShaftModel
-from tasks.registration import Registration
 from tasks.sections import centres_of
 from tasks.tilt import lean_of_direction
 from tasks.uncertainty import (
@@ -34,6 +34,9 @@ from tasks.uncertainty import (
     pose_jacobian,
     state_covariance,
 )
+
+if TYPE_CHECKING:
+    from tasks.registration import Registration
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +105,7 @@ class StationEvidence:
     frame_covariance: NDArray[np.float64] | None = None
 
 
-def evidence_of(sums: NDArray[np.float64], registration: Registration) -> StationEvidence:
+def evidence_of(sums: NDArray[np.float64], registration: "Registration") -> StationEvidence:
     """Put the sums of the slices together with where the stations stood."""
     positions_m = np.array([pose.position_m for pose in registration.poses])
     return StationEvidence(sums, positions_m, registration.covariance, registration.frame_covariance)

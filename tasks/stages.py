@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
+from storage.clouds import StoredCloud, open_cloud
 from storage.errors import InputError
 from storage.places import workspace_at
 from storage.records import AccuracyRow, CoverageCell, SectionFit, SurfaceMapCell, TiltRow
@@ -23,7 +24,7 @@ from tasks.epoch_shaft import isolate_epoch
 from tasks.evaluation import NamedLean, Occasion, Standard, evaluate
 from tasks.exchange import plain, rebuild
 from tasks.geometry.failure import FitFailure
-from tasks.ingest import Scan, ScanRequest, read_scan
+from tasks.ingest import ScanFacts, ScanRequest
 from tasks.lean import Lean, evidence_of
 from tasks.map_shapes import StraightAxis
 from tasks.methods import Method
@@ -47,6 +48,7 @@ from tasks.shaft_slices import ShaftCloud, slice_cloud
 from tasks.sight_noise import ScannerNoise, sight_sigmas
 from tasks.slice_evidence import sum_slices
 from tasks.slicing import SlicingScheme
+from tasks.stored_scan import store_scan
 from tasks.surface_map import MapQuestion, map_surface
 from tasks.whole_surface import SurfaceQuestion, lean_of_surface, round_cut_named
 
@@ -60,15 +62,19 @@ def ingest_scan(
     """Read a scan file; why it is refused is said without its path, which another file of these bytes has not."""
     here = scan_at(_at(workspace), Path(path), digest, suffix)
     try:
-        scan = read_scan(here, rebuild(ScanRequest, request))
+        scan = store_scan(_at(workspace), here, rebuild(ScanRequest, request))
     except InputError as fault:
         return FitFailure(str(lasting(fault)).removeprefix(f"{here}: "))
-    ref = put_array(_at(workspace), "scan", scan.points_m)
-    facts: dict[str, Json] = {"n_points": len(scan.points_m), "notes": list(scan.notes), **_pose_facts(scan)}
-    return Outcome({"points": ref}, facts, len(scan.points_m))
+    facts: dict[str, Json] = {
+        "n_points": len(scan.cloud),
+        "fingerprint": scan.cloud.fingerprint(),
+        "notes": list(scan.facts.notes),
+        **_pose_facts(scan.facts),
+    }
+    return Outcome({"points": scan.ref}, facts, len(scan.cloud))
 
 
-def _pose_facts(scan: Scan) -> dict[str, Json]:
+def _pose_facts(scan: ScanFacts) -> dict[str, Json]:
     """Position and heading that the file states, in its own coordinates, where it states a pose."""
     if scan.pose is None:
         return {}
@@ -84,7 +90,7 @@ def take_stable_surroundings(
     workspace: str, clouds: list[JsonRef], registration: JsonRef, boxes: list[dict[str, Json]]
 ) -> Outcome | FitFailure:
     """Take what does not move out of the scans of the reference epoch."""
-    scans = [_array(workspace, ref) for ref in clouds]
+    scans = [_cloud(workspace, ref) for ref in clouds]
     named = [rebuild(StableBox, box) for box in boxes]
     stable = stable_surroundings(scans, _registration(workspace, registration), named)
     if isinstance(stable, FitFailure):
@@ -132,7 +138,7 @@ def isolate_epoch_shaft(
     options: dict[str, Json],
 ) -> Outcome | FitFailure:
     """Place the scans and take the shaft out of its surroundings."""
-    scans = [_array(workspace, ref) for ref in clouds]
+    scans = [_points(workspace, ref) for ref in clouds]
     known, how = rebuild(StructurePrior, prior), rebuild(ShaftOptions, options)
     shaft = isolate_epoch(scans, _registration(workspace, registration), known, how)
     if isinstance(shaft, FitFailure):
@@ -293,6 +299,16 @@ def _array(workspace: str, ref: JsonRef) -> Any:
     return get_array(_at(workspace), ArtifactRef.from_json(ref))
 
 
+def _cloud(workspace: str, ref: JsonRef) -> StoredCloud:
+    """Points of a scan, to be read in chunks."""
+    return open_cloud(_at(workspace), ArtifactRef.from_json(ref))
+
+
+def _points(workspace: str, ref: JsonRef) -> Any:
+    """All points (n, 3) of a scan, float64, metres."""
+    return open_cloud(_at(workspace), ArtifactRef.from_json(ref)).whole()
+
+
 def _json(workspace: str, ref: JsonRef) -> Any:
     return get_json(_at(workspace), ArtifactRef.from_json(ref))
 
@@ -309,7 +325,7 @@ def _station_scan(workspace: str, station: dict[str, Any]) -> StationScan:
     position_m = station["position_m"]
     return StationScan(
         station["station"],
-        _array(workspace, station["points"]),
+        _cloud(workspace, station["points"]),
         None if position_m is None else np.array(position_m),
         station["heading_rad"],
     )

@@ -23,12 +23,15 @@ from benchmarks.registration.outcome import Outcome, evaluate, with_true_shaft
 from benchmarks.registration.simulated import simulated_epoch
 from tasks.conventions import ARCSEC_RAD
 from tasks.open3d_import import import_open3d
+from tasks.registration import planar
 from tasks.simulation import SimulatedCampaignRequest
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the campaigns and print the tables for every number of stations."""
     asked = _arguments(arguments)
+    if asked.registered is not None:
+        planar.MOST_POINTS = asked.registered
     import_open3d()  # so that its loading is in nobody's time
     everything: list[Outcome] = []
     for stations in map(int, asked.stations.split(",")):
@@ -49,6 +52,7 @@ def _arguments(arguments: Sequence[str] | None) -> argparse.Namespace:
     wanted.add_argument("--first-seed", type=int, default=2000)
     wanted.add_argument("--stations", default="8", help="one number or several: 8,3,4,5")
     wanted.add_argument("--points", type=int, default=200_000, help="of each station")
+    wanted.add_argument("--registered", type=int, help="points of each station that ours looks at, at most")
     wanted.add_argument("--methods", type=chosen, default=",".join(METHODS))
     wanted.add_argument("--cache", type=Path, help="folder that keeps the simulated scans")
     wanted.add_argument("--json", type=Path, help="file for all figures")

@@ -109,7 +109,8 @@ def _stored_bytes(place: str) -> Counter[str]:
     store = store_at(place)
     kept: Counter[str] = Counter()
     for name in store.names("artifacts"):
-        kind = "arrays" if name.endswith(".npy") else "scans" if name.endswith(".laz") else "other artifacts"
+        is_array = name.endswith((".npy", ".cloud"))
+        kind = "arrays" if is_array else "scans" if name.endswith(".laz") else "other artifacts"
         kept[kind] += store.size(name) or 0
     for name in store.names("records"):
         kept["records"] += store.size(name) or 0

@@ -56,7 +56,6 @@ def demo(  # noqa: PLR0913 (each is an option of the command line)
     log_into(place.root / LOGS)
     note(f"simulating {epochs} epochs of {stations} stations around a {kind} in {place.root / CAMPAIGN}")
     file = write_simulated_campaign(place.root / CAMPAIGN, request)
-    note("starting the workflow engine: some seconds")
     with progress() as on_event:
         outcome = run_campaign(RunRequest(file, place.root), on_event)
     campaign = load_campaign(file)

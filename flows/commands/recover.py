@@ -40,7 +40,7 @@ def recover(
     folder = workspace_of(campaign.folder, workspace)
     # a run of a deployment may be lost before it has made its workspace
     place = open_workspace(folder) if again else existing_workspace(folder)
-    prepare_prefect(place)
+    prepare_prefect(place, campaign.execution.keep_server_s).wait()
     settled, lost, begun = _with_server(campaign, place) if again else (_without_server(place), [], [])
     if as_json:
         return answer(0, {"settled": settled, "lost": lost, "again": begun})

@@ -62,16 +62,18 @@ def run(  # noqa: PLR0913 - the words of a command
         Look away from epochs whose scans, settings and code did not change since they were published: their scans are not
         even read. Without it every scan is read and compared with its digest.
     """
+    campaign = load_with_workspace(file, workspace)
+    check_epochs(campaign, epoch)
+    if scheme:
+        _check_schemes(campaign, scheme)
+    # what is imported below takes a second or two
+    note(f"{campaign.structure.id}: {len(epoch or campaign.epochs)} epochs")
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
     from flows.run_report import answer_of, conditions_of_run, exit_code_of, tell_errors, tell_results
 
-    campaign = load_with_workspace(file, workspace)
-    check_epochs(campaign, epoch)
-    _check_schemes(campaign, scheme)
     place: Path = workspace_of(campaign.folder, workspace)
     log_into(place / LOGS)
-    note("starting the workflow engine: some seconds")
     with progress() as on_event:
         outcome = run_campaign(
             RunRequest(file, place, epoch, scheme, time_limit_s, only_new=only_new), on_event

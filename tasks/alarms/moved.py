@@ -4,8 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from scipy.special import chdtri
-
 from tasks.alarms.model import Finding, Point, RuleKind, millimetres
 from tasks.alarms.record import Change, EpochState, Record
 
@@ -57,6 +55,8 @@ class MovedRule:
         """Size that would just be significant: the statistic grows with the square of the change."""
         if change.statistic is None or change.freedom is None:
             return None
+        from scipy.special import chdtri  # noqa: PLC0415 (slow to import, and every command reads settings)
+
         needed = float(chdtri(change.freedom, self.p))
         if change.statistic > 0.0 and change.size_m > 0.0:
             return change.size_m * sqrt(needed / change.statistic)

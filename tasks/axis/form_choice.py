@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import fdtri
 
 from tasks.axis.centres import Centres
 from tasks.axis.forms import ClampedSpline, Form
@@ -77,6 +76,8 @@ def examine(fit: HeightFit, first: int) -> FormTest | None:
     freedom = fit.redundancy
     if freedom <= 0:
         return None
+    from scipy.special import fdtri  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     more = fit.coefficients_m[first:].T.ravel()
     covariance = fit.covariance_m2[:, first:, :, first:].reshape(len(more), len(more))
     statistic = float(more @ np.linalg.solve(covariance, more)) / len(more)

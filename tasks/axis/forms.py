@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 MODELS: Final = {1: "straight", 2: "parabola", 3: "cubic"}
 """Names of the polynomials by their order."""
@@ -101,8 +103,10 @@ class ClampedSpline:
 
 
 @lru_cache
-def _spline(inner: int) -> BSpline:
+def _spline(inner: int) -> "BSpline":
     """Spline with values in R^p: the functions of ``ClampedSpline`` with that many inner knots."""
+    from scipy.interpolate import BSpline  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     edges = np.linspace(-1.0, 1.0, inner + 2)
     knots = np.concatenate([np.full(DEGREE, -1.0), edges, np.full(DEGREE, 1.0)])
     nodes, shares = np.polynomial.legendre.leggauss(DEGREE + 1)

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from tasks.axis.centres import Centres
 from tasks.axis.forms import Form
@@ -141,4 +140,6 @@ def _zero_above(excess: Callable[[float], float], low: float, high: float) -> fl
         return low
     if excess(high) >= 0.0:
         return high
+    from scipy.optimize import brentq  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     return float(brentq(excess, low, high, xtol=1e-12 * high, rtol=1e-10))

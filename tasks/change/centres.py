@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import f
+from scipy.special import fdtrc
 
 from tasks.change.chi_square import SIGNIFICANT_P
 
@@ -118,7 +118,7 @@ def compare_centres(before: Centres, after: Centres, axis_error: AxisError) -> C
     factor, freedom = split.scatter()
     allowed = split.allowed(axis_error, factor)
     smooth, size = split.smooth_test(allowed)
-    p_smooth = float(f.sf(smooth / size, size, freedom))
+    p_smooth = float(fdtrc(size, freedom, smooth / size))
     bend = split.bend_test(allowed)
     found = CentreChange(
         n=len(old),
@@ -127,7 +127,7 @@ def compare_centres(before: Centres, after: Centres, axis_error: AxisError) -> C
         p_value=min(1.0, 2.0 * p_smooth),
         noise_factor=float(np.sqrt(factor)),
         largest_m=float(np.linalg.norm(split.d, axis=1).max()),
-        shape_p_value=None if bend is None else float(f.sf(bend[0] / bend[1], bend[1], freedom)),
+        shape_p_value=None if bend is None else float(fdtrc(bend[1], freedom, bend[0] / bend[1])),
     )
     return _placed(found, split, factor, freedom)
 
@@ -240,7 +240,7 @@ def _placed(found: CentreChange, split: _Split, factor: float, freedom: float) -
     shift[tell] = np.linalg.solve(own[tell], pulled[tell, :, None])[:, :, 0]
     gain = np.sum(pulled * shift, axis=1)
     best = int(np.argmax(gain))
-    p_value = min(1.0, len(gain) * float(f.sf(gain[best] / 2.0, 2, freedom)))
+    p_value = min(1.0, len(gain) * float(fdtrc(2, freedom, gain[best] / 2.0)))
     whole = replace(found, p_value=min(found.p_value, 2.0 * p_value, 1.0))
     if p_value >= SIGNIFICANT_P:
         return whole

@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
+from scipy.special import chdtrc, chdtri
 
 from storage.errors import ShapeError
 
@@ -39,7 +38,7 @@ class ChangeTest:
     @property
     def p_value(self) -> float:
         """Probability of such a statistic or a larger one by chance."""
-        return float(chi2.sf(self.statistic, self.freedom))
+        return float(chdtrc(self.freedom, self.statistic))
 
     @property
     def significant(self) -> bool:
@@ -85,6 +84,9 @@ def chi_square_test(difference: NDArray[np.float64], covariance: NDArray[np.floa
 @lru_cache(maxsize=256)
 def detectable_factor(freedom: int, significance: float = SIGNIFICANT_P, power: float = POWER) -> float:
     """Root of the noncentrality at which a test of that many degrees of freedom has that power."""
-    critical = float(chi2.isf(significance, freedom))
+    from scipy.optimize import brentq  # noqa: PLC0415 (slow to import, and every run compares)
+    from scipy.stats import ncx2  # noqa: PLC0415
+
+    critical = float(chdtri(freedom, significance))
     most = 10.0 * (critical + freedom)
     return float(np.sqrt(brentq(lambda n: ncx2.sf(critical, freedom, n) - power, 1e-9, most)))

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import chdtri
 
 from tasks.contours.robust_adjustment import RobustFit
 
@@ -77,4 +76,6 @@ def _least_find(growth: float, count: int) -> float:
     """
     if growth <= PRICE:
         return 0.0
+    from scipy.special import chdtri  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     return float(chdtri(count + 2.0, PRICE / growth))

@@ -1,11 +1,11 @@
 """Contour model ``ransac_circle``: the circle that most points agree on, then least squares on those points."""
 
+import math
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from tasks.contours.circle import Circle
 from tasks.contours.circle_fit import Scatter, circle_noise_m, contour_of, scatter_of_all
@@ -37,10 +37,13 @@ MOST_ROUNDS: Final = 30
 SMALLEST_SCALE: Final = 1e-7
 """Scale of noise-free data as a part of the radius: a zero would reject every point but three."""
 
-INSIDE: Final = float(norm.cdf(CUT) - norm.cdf(-CUT))
+INSIDE: Final = math.erf(CUT / math.sqrt(2.0))
 """Share of normal residuals within the threshold."""
 
-PRICE: Final = float((INSIDE / (INSIDE - 2.0 * CUT * norm.pdf(CUT))) ** 2)
+DENSITY: Final = math.exp(-0.5 * CUT**2) / math.sqrt(2.0 * math.pi)
+"""Of the normal distribution at the threshold."""
+
+PRICE: Final = float((INSIDE / (INSIDE - 2.0 * CUT * DENSITY)) ** 2)
 """Variance of the centre over what least squares on the points within the threshold states, 1.06: the points beyond it
 are missing both from the scatter and from the pull on the circle."""
 

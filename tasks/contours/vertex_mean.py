@@ -4,7 +4,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 from skimage.measure import find_contours
 
 from tasks.contours.circle import Circle, arc_coverage_deg, center_distances
@@ -69,6 +68,8 @@ def fit_vertex_mean(section: Section) -> Contour | FitFailure:
 
 
 def _cell_size(xy: NDArray[np.float64]) -> float:
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     half_extent = float(xy.max()) / 2
     nearest = KDTree(xy).query(xy, k=2)[0][:, 1]
     return float(np.clip(np.median(nearest), half_extent / FINEST, half_extent / COARSEST))

@@ -3,11 +3,14 @@
 import importlib
 import pkgutil
 from collections.abc import Mapping
-from typing import TypeVar
+from typing import Final, TypeVar
 
 from storage.errors import InputError
 
 T = TypeVar("T")
+
+COMPILED: Final = ("kernel", "kernels")
+"""Endings of modules that hold compiled loops: no variants, and slow to import."""
 
 
 def discover(package: str, attribute: str, kind: type[T]) -> dict[str, T]:
@@ -21,6 +24,8 @@ def discover(package: str, attribute: str, kind: type[T]) -> dict[str, T]:
     found: dict[str, T] = {}
     home = importlib.import_module(package)
     for module in sorted(info.name for info in pkgutil.iter_modules(home.__path__)):
+        if module.endswith(COMPILED):
+            continue
         variant = getattr(importlib.import_module(f"{package}.{module}"), attribute, None)
         if variant is None:
             continue

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from tasks.geometry.voxel_kernel import AXIS_BITS, bounds, first_of_cubes
+
 
 def first_in_voxel(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.int64]:
     """Indices (k,), ascending, of the first point in each occupied cube of edge ``voxel_m``.
@@ -16,11 +18,11 @@ def first_in_voxel(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.
     """
     if len(points_m) == 0:
         return np.empty(0, dtype=np.int64)
-    cells = np.floor((points_m - points_m.min(axis=0)) / voxel_m).astype(np.int64)
-    if int(cells.max()) >= 2**21:
+    points_m = np.ascontiguousarray(points_m, dtype=np.float64)
+    low_m, high_m = bounds(points_m)
+    n_cubes = float(np.max(np.floor((high_m - low_m) / voxel_m))) + 1.0
+    if not n_cubes <= 2**AXIS_BITS:
         raise OverflowError(
-            f"a cloud of {cells.max() + 1} voxels of {voxel_m} m along one axis does not fit the grid"
+            f"a cloud of {n_cubes:.0f} voxels of {voxel_m} m along one axis does not fit the grid"
         )
-    key = (cells[:, 0] << 42) | (cells[:, 1] << 21) | cells[:, 2]
-    _, first = np.unique(key, return_index=True)
-    return np.sort(first).astype(np.int64)
+    return np.flatnonzero(first_of_cubes(points_m, low_m, voxel_m))

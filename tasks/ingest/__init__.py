@@ -3,9 +3,10 @@
 A format is one file of this folder with a module-level ``READER``; it is found by itself.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +25,17 @@ from tasks.ingest.scan import (
     LengthUnit,
     Levelling,
     RawScan,
+    RawStream,
     Reader,
     Scan,
+    ScanFacts,
     ScanHeader,
     ScanPart,
     ScanRequest,
+    ScanStream,
 )
 from tasks.ingest.soundness import check_extent, check_finite, check_step, without_empty_returns
+from tasks.ingest.stream import checked_pieces, grid_of_site
 
 __all__ = [
     "AS_STATED",
@@ -43,11 +48,14 @@ __all__ = [
     "Levelling",
     "Reader",
     "Scan",
+    "ScanFacts",
     "ScanHeader",
     "ScanPart",
     "ScanRequest",
+    "ScanStream",
     "describe_scan",
     "read_scan",
+    "stream_scan",
 ]
 
 READERS: Final[Mapping[str, Reader]] = discover(__name__, "READER", Reader)
@@ -69,19 +77,84 @@ def read_scan(path: Path, request: ScanRequest = AS_STATED) -> Scan:
         in metres; the message says what was needed, what came and what to do.
     """
     reader = _reader_of(path)
+    with _faults(path):
+        raw = _raw_stream(reader, path, request)
+        return _read_whole(path, reader, request) if raw is None else _joined(path, raw, request)
+
+
+def stream_scan(path: Path, request: ScanRequest = AS_STATED) -> ScanStream:
+    """Begin to read a file of any size in pieces; the points and checks are those of ``read_scan``.
+
+    LAS and LAZ with Cartesian coordinates come as integers in memory that does not grow; all else is read whole, as one
+    piece of float64.
+
+    Raises
+    ------
+    InputError
+        As ``read_scan``; here what the header shows, and the rest while the pieces are gone through.
+    """
+    reader = _reader_of(path)
+    with _faults(path):
+        raw = _raw_stream(reader, path, request)
+    if raw is None:
+        return ScanStream(None, lambda tell: _as_one_piece(path, reader, request, tell))
+    return ScanStream(grid_of_site(raw.grid, request), lambda tell: _pieces(path, raw, request, tell))
+
+
+def _raw_stream(reader: Reader, path: Path, request: ScanRequest) -> RawStream | None:
+    if reader.stream is None or request.coordinates != "cartesian":
+        return None
+    return reader.stream(path, request)
+
+
+def _pieces(
+    path: Path, raw: RawStream, request: ScanRequest, tell: Callable[[ScanFacts], None]
+) -> Iterator[NDArray[Any]]:
+    with _faults(path):
+        yield from checked_pieces(path, raw, request, tell)
+
+
+def _as_one_piece(
+    path: Path, reader: Reader, request: ScanRequest, tell: Callable[[ScanFacts], None]
+) -> Iterator[NDArray[Any]]:
+    with _faults(path):
+        scan = _read_whole(path, reader, request)
+    yield scan.points_m
+    tell(ScanFacts(scan.n_in_file, scan.notes, scan.pose))
+
+
+def _joined(path: Path, raw: RawStream, request: ScanRequest) -> Scan:
+    """Put all pieces together; the count of points was held against the file before it is believed here."""
+    facts: list[ScanFacts] = []
+    points_m, done, grid = np.empty((raw.n_points, 3)), 0, grid_of_site(raw.grid, request)
+    # what a damaged header scales beyond float64 is refused at the end, and needs no warning
+    with np.errstate(over="ignore", invalid="ignore"):
+        for piece in checked_pieces(path, raw, request, facts.append):
+            grid.metres(piece, points_m[done : done + len(piece)])
+            done += len(piece)
+    return Scan(points_m[:done], facts[0].n_in_file, facts[0].notes, facts[0].pose)
+
+
+def _read_whole(path: Path, reader: Reader, request: ScanRequest) -> Scan:
+    raw = reader.read(path, request)
+    check_finite(path, raw.values)
+    points_m, notes = _points_and_notes(path, raw, request)
+    levelled = level_scan(path, points_m, _in_metres(raw, request), request.levelling)
+    notes = (*raw.notes, *notes, *levelled.notes)
+    return Scan(np.ascontiguousarray(levelled.points_m), len(raw.values), notes, levelled.pose)
+
+
+@contextmanager
+def _faults(path: Path) -> Iterator[None]:
+    """Turn what the system refuses into InputError."""
     try:
-        raw = reader.read(path, request)
-        check_finite(path, raw.values)
-        points_m, notes = _points_and_notes(path, raw, request)
-        levelled = level_scan(path, points_m, _in_metres(raw, request), request.levelling)
+        yield
     except OSError as error:
         raise InputError(f"{path}: needs a readable file, came {error.strerror or error}") from error
     except MemoryError as error:
         raise InputError(
             f"{path}: needs more memory than this machine has; crop the scan to the structure and its surroundings"
         ) from error
-    notes = (*raw.notes, *notes, *levelled.notes)
-    return Scan(np.ascontiguousarray(levelled.points_m), len(raw.values), notes, levelled.pose)
 
 
 def _in_metres(raw: RawScan, request: ScanRequest) -> FilePose | None:
@@ -98,10 +171,9 @@ def describe_scan(path: Path, request: ScanRequest = AS_STATED) -> ScanHeader:
     InputError
         If the header alone shows that ``read_scan`` would refuse the file.
     """
-    try:
-        return _reader_of(path).describe(path, request)
-    except OSError as error:
-        raise InputError(f"{path}: needs a readable file, came {error.strerror or error}") from error
+    reader = _reader_of(path)
+    with _faults(path):
+        return reader.describe(path, request)
 
 
 def _reader_of(path: Path) -> Reader:

@@ -126,7 +126,10 @@ def check_horizontal(path: Path, systems: Sequence[StatedSystem], wanted: str | 
 def note_grid_of_scanner(
     systems: Sequence[StatedSystem], values: NDArray[np.float64], request: ScanRequest
 ) -> tuple[str, ...]:
-    """A note if a station's scan, values (n, 3) x, y, z in the unit of the file, lies on a projected grid."""
+    """A note if a station's scan, values (n, 3) x, y, z in the unit of the file, lies on a projected grid.
+
+    The values may be an even sample of SAMPLE_POINTS.
+    """
     if not systems or request.frame != "scanner" or request.horizontal is not None:
         return ()
     sample = values[:: max(1, len(values) // SAMPLE_POINTS), :2]

@@ -1,56 +1,35 @@
 """LAS 1.0 to 1.4 and LAZ.
 
-Memory is bounded by the (n, 3) result and one piece of decoded records. The result is allocated from the count in
-the header only after that count agreed with the size of the file (LAS) or with the chunk table and the chunks (LAZ);
-there is no ratio of compression to guess.
+Cartesian coordinates come in pieces of bounded size, as the integers that the file holds. Polar ones (extra dimensions) are
+read whole: memory is then bounded by the (n, 3) result, which is allocated from the count in the header. That is believed
+only after it agreed with the size of the file (LAS) or with the chunk table and the chunks (LAZ); there is no ratio of
+compression to guess.
 """
 
-import logging
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Final
 
 import numpy as np
-from laspy import DecompressionSelection, LasReader, LazBackend
 from numpy.typing import NDArray
 
-from storage.errors import InputError
+from storage.integer_grid import IntegerGrid
 from tasks.ingest.column_names import find_columns
-from tasks.ingest.crs import StatedSystem, check_horizontal, note_grid_of_scanner, stated_systems
-from tasks.ingest.las_header import LasHeader, read_las_header
-from tasks.ingest.las_records import read_las_records
-from tasks.ingest.las_units import check_units
-from tasks.ingest.laz_chunks import read_chunks
-from tasks.ingest.scan import COLUMN_NAMES, Bounds, RawScan, Reader, ScanHeader, ScanRequest, box_of
-from tasks.ingest.third_party import decoding
-
-PIECE_BYTES: Final = 64 << 20
-"""Of decoded records, held at a time."""
-
-PARALLEL_CHUNK_BYTES: Final = 256 << 20
-"""The parallel decoder allocates a whole chunk; of a larger one the sequential decoder takes what is asked."""
+from tasks.ingest.crs import SAMPLE_POINTS, StatedSystem, note_grid_of_scanner
+from tasks.ingest.las_header import LasHeader
+from tasks.ingest.las_points import CheckedLas, check_las, decoded_extra, decoded_integers
+from tasks.ingest.scan import Bounds, RawScan, RawStream, Reader, ScanHeader, ScanRequest
+from tasks.ingest.soundness import sample_step
+from tasks.ingest.stream import EverySo
 
 OUTSIDE_STEPS: Final = 2.0
 """A point may lie this many steps of the scale factor outside the box of the header: rounding."""
 
-# laspy logs what it also raises; without a handler Python would print that to stderr
-logging.getLogger("laspy").addHandler(logging.NullHandler())
-
-
-@dataclass(frozen=True, slots=True)
-class _Checked:
-    """What is known of a file whose header, records and chunks agree."""
-
-    header: LasHeader
-    backend: LazBackend
-    systems: tuple[StatedSystem, ...]
-    notes: tuple[str, ...]
-
 
 def describe_las(path: Path, request: ScanRequest) -> ScanHeader:
     """What a LAS or LAZ header says, checked as far as that goes without decoding points."""
-    with path.open("rb") as file:
-        checked = _check(path, file, request)
+    checked = check_las(path, request)
     header = checked.header
     kind = "LAZ" if header.is_compressed else "LAS"
     return ScanHeader(
@@ -62,85 +41,88 @@ def describe_las(path: Path, request: ScanRequest) -> ScanHeader:
     )
 
 
-def read_las(path: Path, request: ScanRequest) -> RawScan:
-    """All points of a LAS or LAZ file, as many as its header states."""
-    with path.open("rb") as file:
-        checked = _check(path, file, request)
-        header = checked.header
-        file.seek(0)
-        with decoding(path):
-            reader = LasReader(
-                file,
-                closefd=False,
-                laz_backend=checked.backend,
-                read_evlrs=False,
-                decompression_selection=_selection(request),
-            )
-            values = np.empty((header.n_points, 3))
-            _fill(path, reader, values, _columns(path, reader, request))
-    if request.coordinates == "polar":
-        return RawScan(values, notes=checked.notes)
-    notes = checked.notes + note_grid_of_scanner(checked.systems, values, request)
-    return RawScan(values, float(header.scale.max()), notes + _outside_box(header, values))
-
-
-def _check(path: Path, file: BinaryIO, request: ScanRequest) -> _Checked:
-    header = read_las_header(path, file)
-    records = read_las_records(path, file, header)
-    notes = check_units(path, records, request.unit)
-    systems = stated_systems(records)
-    notes += check_horizontal(path, systems, request.horizontal)
-    if not header.is_compressed:
-        return _Checked(header, LazBackend.Lazrs, systems, notes)
-    largest = max(chunk.n_points for chunk in read_chunks(path, file, header, records))
-    is_large = largest * header.record_bytes > PARALLEL_CHUNK_BYTES
-    return _Checked(header, LazBackend.Lazrs if is_large else LazBackend.LazrsParallel, systems, notes)
-
-
-def _selection(request: ScanRequest) -> DecompressionSelection:
-    """Nothing but what is asked for; the point formats before 6 cannot be decoded in part and ignore this."""
-    if request.coordinates == "polar":
-        return DecompressionSelection.base().decompress_all_extra_bytes()
-    return DecompressionSelection.base().decompress_z()
-
-
-def _columns(path: Path, reader: LasReader, request: ScanRequest) -> tuple[str, ...]:
-    if request.coordinates == "cartesian":
-        return COLUMN_NAMES["cartesian"]
-    names = list(reader.header.point_format.extra_dimension_names)
-    return tuple(names[index] for index in find_columns(path, names, request.coordinates))
-
-
-def _fill(path: Path, reader: LasReader, values: NDArray[np.float64], columns: tuple[str, ...]) -> None:
-    """Decode all points into values (n, 3), piece by piece."""
-    piece = max(1, PIECE_BYTES // reader.header.point_format.size)
-    done = 0
-    while done < len(values):
-        points = reader.read_points(min(piece, len(values) - done))
-        if len(points) == 0:
-            raise InputError(
-                f"{path}: needs the {len(values)} points that its header states, came {done}; "
-                "the file is cut short or being written, copy or export it again"
-            )
-        # a damaged header may scale beyond float64; the check for finite numbers then says so
-        with np.errstate(over="ignore", invalid="ignore"):
-            for index, name in enumerate(columns):
-                values[done : done + len(points), index] = points[name]
-        done += len(points)
-
-
-def _outside_box(header: LasHeader, values: NDArray[np.float64]) -> tuple[str, ...]:
-    """A note if points (n, 3) lie outside the box of the header: damage shows there, LAZ has no checksum."""
-    if not (header.low <= header.high).all() or not np.isfinite(header.low + header.high).all():
-        return ("the box that the header states is no box; it could not be compared with the points",)
-    low, high = header.low - OUTSIDE_STEPS * header.scale, header.high + OUTSIDE_STEPS * header.scale
-    box = box_of(values)
-    if (box.low >= low).all() and (box.high <= high).all():
-        return ()
-    n_outside = int(np.count_nonzero(((values < low) | (values > high)).any(axis=1)))
-    return (
-        f"{n_outside} of {len(values)} points lie outside the box that the header states: damaged, or a stale header",
+def stream_las(path: Path, request: ScanRequest) -> RawStream:
+    """The x, y, z of a LAS or LAZ file, as many as its header states."""
+    checked = check_las(path, request)
+    header = checked.header
+    grid = IntegerGrid(_triple(header.scale), _triple(header.shift))
+    return RawStream(
+        header.n_points,
+        grid,
+        partial(decoded_integers, path, checked),
+        _watch(checked, grid, request),
+        checked.notes,
     )
 
 
-READER: Final = Reader("las", (".las", ".laz"), describe_las, read_las)
+def read_polar_las(path: Path, request: ScanRequest) -> RawScan:
+    """The extra dimensions S, alpha and omega of a LAS or LAZ file, as many as its header states."""
+    checked = check_las(path, request)
+    values = decoded_extra(path, checked, partial(find_columns, coordinates=request.coordinates))
+    return RawScan(values, notes=checked.notes)
+
+
+@dataclass(slots=True)
+class _LasWatch:
+    """What a LAS header states of the points, held against them: their box and their coordinate system."""
+
+    grid: IntegerGrid
+    stated: Bounds | None
+    """With room for rounding; None where it is no box."""
+    systems: tuple[StatedSystem, ...]
+    request: ScanRequest
+    sample: EverySo
+    n_seen: int = 0
+    n_outside: int = 0
+
+    def see(self, integers: NDArray[np.int32], box: Bounds) -> None:
+        """Look at the next records (m, 3)."""
+        self.n_seen += len(integers)
+        self.sample.see(integers)
+        if self.stated is not None:
+            self.n_outside += self._count_outside(self.stated, integers, box)
+
+    def notes(self) -> tuple[str, ...]:
+        """Tell of points on a grid, and outside the box of the header: damage shows there, LAZ has no checksum."""
+        found = note_grid_of_scanner(self.systems, self.grid.metres(self.sample.rows()), self.request)
+        if self.stated is None:
+            return (
+                *found,
+                "the box that the header states is no box; it could not be compared with the points",
+            )
+        if self.n_outside == 0:
+            return found
+        return (
+            *found,
+            f"{self.n_outside} of {self.n_seen} points lie outside the box that the header states: damaged, or a "
+            "stale header",
+        )
+
+    def _count_outside(self, stated: Bounds, integers: NDArray[np.int32], box: Bounds) -> int:
+        # a damaged header may scale beyond float64; the check for finite numbers then says so
+        with np.errstate(over="ignore", invalid="ignore"):
+            low, high = self.grid.metres(np.array([box.low, box.high]))
+            if (low >= stated.low).all() and (high <= stated.high).all():
+                return 0
+            values = self.grid.metres(integers)
+        return int(np.count_nonzero(((values < stated.low) | (values > stated.high)).any(axis=1)))
+
+
+def _watch(checked: CheckedLas, grid: IntegerGrid, request: ScanRequest) -> _LasWatch:
+    sample = EverySo(sample_step(checked.header.n_points, SAMPLE_POINTS))
+    return _LasWatch(grid, _stated_box(checked.header), checked.systems, request, sample)
+
+
+def _stated_box(header: LasHeader) -> Bounds | None:
+    if not (header.low <= header.high).all() or not np.isfinite(header.low + header.high).all():
+        return None
+    room = OUTSIDE_STEPS * header.scale
+    return Bounds(header.low - room, header.high + room)
+
+
+def _triple(numbers: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = numbers.tolist()
+    return x, y, z
+
+
+READER: Final = Reader("las", (".las", ".laz"), describe_las, read_polar_las, stream_las)

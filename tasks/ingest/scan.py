@@ -1,13 +1,15 @@
 """What a scan is, what is asked of it, and what a reader must offer."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Any, Final, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from storage.integer_grid import IntegerGrid
 
 Coordinates = Literal["cartesian", "polar"]
 LengthUnit = Literal["metre", "foot", "US survey foot"]
@@ -90,6 +92,29 @@ class Scan:
 
 
 @dataclass(frozen=True, slots=True)
+class ScanFacts:
+    """What is known of a scan when its last point has gone by: as in ``Scan``."""
+
+    n_in_file: int
+    notes: tuple[str, ...]
+    pose: FilePose | None
+
+
+@dataclass(frozen=True, slots=True)
+class ScanStream:
+    """The points of one file, checked, in pieces.
+
+    ``pieces`` gives them in order, to be gone through once, each good until the next is asked for: int32 (m, 3) of which
+    ``grid`` makes metres, or float64 (m, 3), metres, where there is no grid. It raises what ``read_scan`` does, much of it
+    after the last piece: points are good only when it came to its end. It hands the facts to the function that it is given
+    just before.
+    """
+
+    grid: IntegerGrid | None
+    pieces: Callable[[Callable[[ScanFacts], None]], Iterator[NDArray[Any]]]
+
+
+@dataclass(frozen=True, slots=True)
 class Bounds:
     """Corners of a box, (3,) each; that of a header is as in the file: no origin off, no axes swapped."""
 
@@ -97,7 +122,7 @@ class Bounds:
     high: NDArray[np.float64]
 
 
-def box_of(values: NDArray[np.float64]) -> Bounds:
+def box_of(values: NDArray[Any]) -> Bounds:
     """Box around records (n, 3); column by column, which is ten times faster than ``min(axis=0)``."""
     columns = values.T
     return Bounds(
@@ -136,15 +161,42 @@ class RawScan:
     pose: FilePose | None = None
 
 
+class Watch(Protocol):
+    """What a format has to say of its own records, looked at as they go by."""
+
+    def see(self, integers: NDArray[np.int32], box: Bounds) -> None:
+        """Look at the next records (m, 3), and the box around them in integers."""
+
+    def notes(self) -> tuple[str, ...]:
+        """Say what was found, after the last."""
+
+
+@dataclass(frozen=True, slots=True)
+class RawStream:
+    """The records of a file as they stand in it, integers (m, 3) for x, y, z, in pieces.
+
+    ``grid`` makes coordinates of them in the unit of the file. ``decode`` begins anew with every call, and gives all
+    ``n_points`` records or raises InputError; a piece is overwritten by the next. ``watch`` is for one pass.
+    """
+
+    n_points: int
+    grid: IntegerGrid
+    decode: Callable[[], Iterator[NDArray[np.int32]]]
+    watch: Watch
+    notes: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Reader:
     """A file format: one file in this folder with a module-level ``READER``.
 
     ``suffixes`` are lower case with the dot. ``describe`` reads headers only. ``read`` returns every record that
-    the file claims, or raises InputError; it never returns fewer.
+    the file claims, or raises InputError; it never returns fewer. ``stream`` gives Cartesian coordinates piece by piece,
+    where the format can; ``read`` is then asked for polar ones alone.
     """
 
     name: str
     suffixes: tuple[str, ...]
     describe: Callable[[Path, ScanRequest], ScanHeader]
     read: Callable[[Path, ScanRequest], RawScan]
+    stream: Callable[[Path, ScanRequest], RawStream] | None = None

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import InputError
-from tasks.ingest.scan import box_of
+from tasks.ingest.scan import Bounds, box_of
 
 LONGEST_EXTENT_M: Final = 10_000.0
 """No terrestrial scanner reaches farther; what is larger is in another unit, or not such a scan."""
@@ -49,13 +49,35 @@ def check_finite(path: Path, values: NDArray[np.float64]) -> None:
         With the number of records that are not.
     """
     box = box_of(values)
-    low, high = float(box.low.min()), float(box.high.max())
-    if low > -LARGEST_NUMBER and high < LARGEST_NUMBER:
+    if is_possible(box):
         return
-    n_bad = int(np.count_nonzero(~np.isfinite(values).all(axis=1)))
+    check_possible(path, box, len(values), count_not_finite(values))
+
+
+def is_possible(box: Bounds) -> bool:
+    """Whether the numbers in a box can be coordinates."""
+    return bool(box.low.min() > -LARGEST_NUMBER and box.high.max() < LARGEST_NUMBER)
+
+
+def count_not_finite(values: NDArray[np.float64]) -> int:
+    """Count the records (n, 3) with NaN or infinity."""
+    return int(np.count_nonzero(~np.isfinite(values).all(axis=1)))
+
+
+def check_possible(path: Path, box: Bounds, n_points: int, n_bad: int) -> None:
+    """Refuse records by the box around them, and how many of them are not finite.
+
+    Raises
+    ------
+    InputError
+        With that number, or with the box.
+    """
+    if is_possible(box):
+        return
+    low, high = float(box.low.min()), float(box.high.max())
     if n_bad:
         raise InputError(
-            f"{path}: needs finite coordinates, came {n_bad} of {len(values)} points with NaN or infinity; "
+            f"{path}: needs finite coordinates, came {n_bad} of {n_points} points with NaN or infinity; "
             "remove those points, or export again without points that have no return"
         )
     raise InputError(
@@ -75,15 +97,25 @@ def without_empty_returns(
         If none is left.
     """
     n_empty = int(np.count_nonzero(is_empty))
+    notes = note_empty_returns(path, n_empty, len(values))
+    return (values[~is_empty] if n_empty else values), notes
+
+
+def note_empty_returns(path: Path, n_empty: int, n_points: int) -> tuple[str, ...]:
+    """Count the records that stand for a beam without a return.
+
+    Raises
+    ------
+    InputError
+        If all do.
+    """
     if n_empty == 0:
-        return values, ()
-    if n_empty == len(values):
+        return ()
+    if n_empty == n_points:
         raise InputError(
             f"{path}: needs points, came {n_empty} that all lie at (0, 0, 0); export again, in double precision"
         )
-    return values[~is_empty], (
-        f"{n_empty} of {len(values)} records lie at (0, 0, 0): beams without a return, left out",
-    )
+    return (f"{n_empty} of {n_points} records lie at (0, 0, 0): beams without a return, left out",)
 
 
 def check_extent(path: Path, points_m: NDArray[np.float64]) -> tuple[str, ...]:
@@ -94,12 +126,33 @@ def check_extent(path: Path, points_m: NDArray[np.float64]) -> tuple[str, ...]:
     InputError
         If all points coincide, or 98 % of them fill more than a scanner can reach.
     """
-    box = box_of(points_m)
-    if len(points_m) > 1 and np.all(box.low == box.high):
+    check_apart(path, box_of(points_m), len(points_m))
+    return check_bulk(path, points_m)
+
+
+def check_apart(path: Path, box: Bounds, n_points: int) -> None:
+    """Refuse points that all lie at one place.
+
+    Raises
+    ------
+    InputError
+        If their box is a point.
+    """
+    if n_points > 1 and np.all(box.low == box.high):
         raise InputError(
-            f"{path}: needs points at different places, came {len(points_m)} that all lie at "
+            f"{path}: needs points at different places, came {n_points} that all lie at "
             f"({box.low[0]:g}, {box.low[1]:g}, {box.low[2]:g}); export again, in double precision"
         )
+
+
+def check_bulk(path: Path, points_m: NDArray[np.float64]) -> tuple[str, ...]:
+    """Notes on the place and size of a cloud, of which points (n, 3) may be an even sample.
+
+    Raises
+    ------
+    InputError
+        If 98 % of them fill more than a scanner can reach.
+    """
     bulk = np.quantile(_sample(points_m), (0.01, 0.99), axis=0)
     extent_m = float((bulk[1] - bulk[0]).max())
     if extent_m > LONGEST_EXTENT_M:
@@ -166,4 +219,9 @@ def _grid_step(values: NDArray[np.float64]) -> float:
 
 
 def _sample(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    return points_m[:: max(1, len(points_m) // SAMPLE_POINTS)]
+    return points_m[:: sample_step(len(points_m), SAMPLE_POINTS)]
+
+
+def sample_step(n_points: int, sample: int) -> int:
+    """Every so many of ``n_points`` points are a sample of ``sample`` points, and fewer than twice as many."""
+    return max(1, n_points // sample)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.side_by_side import side_by_side
-from tasks.preprocessing.kernels import EMPTY, mark_first
 
 POINTS_OF_LAYER: Final = 1 << 19
 """Points looked at together: their table takes some 10 MB."""
@@ -17,6 +16,8 @@ def find_duplicates(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np
 
     The first in the order of input stays, so the choice depends on no measured value.
     """
+    from tasks.preprocessing.kernels import EMPTY, mark_first  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     first = np.zeros(len(points_m), dtype=np.bool_)
     if not len(points_m):
         return first

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.robust import MAD_TO_SIGMA, tukey_weights
 from tasks.geometry.side_by_side import side_by_side
-from tasks.preprocessing.kernels import place_points
 
 TERMS: Final = 7
 """Unknowns a knot: east, north, radius, and the cosine and sine of 2 and of 3 times the angle."""
@@ -88,6 +87,8 @@ class _Look:
 
 def place_about(surface: Surface, points_m: NDArray[np.float64]) -> SurfacePlace:
     """Place points (n, 3) about the surface; in chunks, side by side."""
+    from tasks.preprocessing.kernels import place_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     off_m, around_m, radius_m = (np.empty(len(points_m)) for _ in range(3))
     knots_m = surface.knots_z_m
     low_m, step_m = float(knots_m[0]), float(knots_m[1] - knots_m[0])

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.rotations import nearest_rotation, rotation_from_vector
 from tasks.geometry.side_by_side import side_by_side
-from tasks.registration.pairs import Matches, feigned_information, match_pair, pair_equations
+from tasks.registration.pairs import Matches, feigned_information, match_partners, pair_equations
+from tasks.registration.partners import Partners
 from tasks.registration.planar import ScanPlanes
 from tasks.registration.shaft_factor import ShaftEquations, ShaftPoints, shaft_equations
 from tasks.registration.stated import StatedPose
@@ -103,9 +104,10 @@ def adjust(network: Network, start: Sequence[StationPose], gates: Gates) -> Adju
     """Gauss-Newton over all poses, with a gate that shrinks to 6 cm."""
     stated = np.concatenate([stated.information for stated in network.stated])
     poses, gate, iteration, converged = list(start), gates.first_m, 0, False
+    partners = _partners(network)
     while not converged and iteration < MAX_ITERATIONS:
         iteration += 1
-        matches = _match_all(network, poses, gate)
+        matches = _match_all(network, partners, poses, gate)
         prior = np.diag(_eased(stated, gate, gates.ease_to_m))
         data, right = _assemble(matches, poses)
         shaft = _shaft(network, poses)
@@ -174,14 +176,23 @@ def _pose_at(poses: Sequence[StationPose], index: int) -> StationPose:
     return fixed_pose() if index == STABLE else poses[index]
 
 
-def _match_all(network: Network, poses: Sequence[StationPose], gate_m: float) -> dict[Link, Matches]:
+def _partners(network: Network) -> dict[Link, Partners]:
+    """Give every link the memory of its nearest planes."""
+    return {
+        (i, j, layer): Partners(network.clouds[i].layers[layer], network.planes(j).layers[layer])
+        for i, j, layer in network.links
+    }
+
+
+def _match_all(
+    network: Network, partners: dict[Link, Partners], poses: Sequence[StationPose], gate_m: float
+) -> dict[Link, Matches]:
     def one(link: Link) -> Matches:
         i, j, layer = link
-        source, target = network.clouds[i].layers[layer], network.planes(j).layers[layer]
-        return match_pair(source, poses[i], target, _pose_at(poses, j), gate_m)
+        source = network.clouds[i].layers[layer]
+        return match_partners(partners[link], source, poses[i], _pose_at(poses, j), gate_m)
 
-    links = network.links
-    return dict(zip(links, side_by_side(one, links), strict=True))
+    return dict(zip(partners, side_by_side(one, partners), strict=True))
 
 
 def _assemble(
@@ -191,18 +202,17 @@ def _assemble(
     matrix, vector = np.zeros((size, size)), np.zeros(size)
     for (i, j, _), found in matches.items():
         equations = pair_equations(found, _pose_at(poses, i), _pose_at(poses, j))
-        rows, kept = _rows(i, j)
-        matrix[np.ix_(rows, rows)] += equations.matrix[np.ix_(kept, kept)]
-        vector[rows] += equations.vector[kept]
+        _add_matrix(matrix, equations.matrix, i, j)
+        for rows, kept in _rows(i, j):
+            vector[rows] += equations.vector[kept]
     return matrix, vector
 
 
 def _feigned(matches: dict[Link, Matches], poses: Sequence[StationPose]) -> NDArray[np.float64]:
     matrix = np.zeros((SIX * len(poses),) * 2)
     for (i, j, _), found in matches.items():
-        rows, kept = _rows(i, j)
         feigned = feigned_information(found, _pose_at(poses, i), _pose_at(poses, j))
-        matrix[np.ix_(rows, rows)] += feigned[np.ix_(kept, kept)]
+        _add_matrix(matrix, feigned, i, j)
     return matrix
 
 
@@ -215,12 +225,16 @@ def _by_frame(matches: dict[Link, Matches], poses: Sequence[StationPose]) -> NDA
     return matrix
 
 
-def _rows(i: int, j: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Where a pair's equations go, and which of its 12 parameters are adjusted."""
-    own = np.arange(SIX * i, SIX * i + SIX)
-    if j == STABLE:
-        return own, np.arange(SIX)
-    return np.r_[own, SIX * j : SIX * j + SIX], np.arange(2 * SIX)
+def _add_matrix(matrix: NDArray[np.float64], of_pair: NDArray[np.float64], i: int, j: int) -> None:
+    """Add the matrix (12, 12) of a pair where it belongs."""
+    for (rows, kept), (columns, kept_columns) in product(_rows(i, j), repeat=2):
+        matrix[rows, columns] += of_pair[kept, kept_columns]
+
+
+def _rows(i: int, j: int) -> list[tuple[slice, slice]]:
+    """Where each of a pair's stations goes, and which of the pair's 12 parameters it is; what does not move is left out."""
+    own = [(slice(SIX * i, SIX * i + SIX), slice(0, SIX))]
+    return own if j == STABLE else [*own, (slice(SIX * j, SIX * j + SIX), slice(SIX, 2 * SIX))]
 
 
 def _not_negative(information: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.robust import mad_sigma
+from tasks.registration.match_kernel import good_matches, normal_equations
+from tasks.registration.partners import Partners
 from tasks.registration.planar import PlanarCloud
 from tasks.registration.station import StationPose
-
-QUERIES: Final = 3000
-"""Points of one scan that look for a partner in another; evenly taken, no chance."""
 
 NORMAL_COSINE: Final = float(np.cos(np.radians(25.0)))
 MIN_SIGMA_M: Final = 0.006
@@ -63,7 +62,14 @@ def match_pair(
     target_pose: StationPose,
     gate_m: float,
 ) -> Matches:
-    """Find the planes of the target that planes of the source lie in.
+    """Find the planes of the target that planes of the source lie in; as ``match_partners``."""
+    return match_partners(Partners(source, target), source, source_pose, target_pose, gate_m)
+
+
+def match_partners(
+    partners: Partners, source: PlanarCloud, source_pose: StationPose, target_pose: StationPose, gate_m: float
+) -> Matches:
+    """Find the planes of the target that planes of the source lie in, among the nearest.
 
     A residual is (n_p + n_q) / 2 . (p - q) in the site frame, p and its normal moving with the source, q and its normal
     with the target. On a circle that is exactly zero wherever the partners lie on it, so that neither the bend of a shaft
@@ -73,40 +79,31 @@ def match_pair(
     ----------
     Rusinkiewicz 2019, A symmetric objective function for ICP, ACM Trans. Graph. 38.
     """
-    asked = _evenly(len(source.points_m))
-    points = source_pose.to_site(source.points_m[asked])
-    normals = source.normals[asked] @ source_pose.rotation.T
+    target = partners.target
     # searched in the target's own frame, so that its tree is built once; the gate holds along the normal, because
     # the nearest target point lies up to its spacing away within the same plane
-    local = (points - target_pose.position_m) @ target_pose.rotation
-    distance, index = target.tree.query(local, distance_upper_bound=max(gate_m, target.reach_m))
-    near = np.flatnonzero(np.isfinite(distance))
-    partner = index[near]
-    planes = target.normals[partner] @ target_pose.rotation.T
-    cosine = np.einsum("ij,ij->i", planes, normals[near])
-    own = normals[near] * np.sign(cosine)[:, None]
-    residuals = 0.5 * np.einsum(
-        "ij,ij->i", planes + own, points[near] - target_pose.to_site(target.points_m[partner])
+    reach_m = max(gate_m, target.reach_m)
+    placed_m, nearest, distance = partners.nearest(source_pose, target_pose, reach_m)
+    good, (own, places, planes), residuals = good_matches(
+        placed_m,
+        partners.normals,
+        np.ascontiguousarray(source_pose.rotation),
+        (nearest, distance),
+        (target.points_m, target.normals),
+        (np.ascontiguousarray(target_pose.rotation), target_pose.position_m),
+        (reach_m, gate_m, NORMAL_COSINE),
     )
-    good = (np.abs(cosine) > NORMAL_COSINE) & (np.abs(residuals) <= gate_m)
-    near, partner = near[good], partner[good]
     return Matches(
-        PlacedPlanes(points[near], own[good], source.tilts[asked[near]] @ source_pose.rotation.T),
-        PlacedPlanes(
-            target_pose.to_site(target.points_m[partner]),
-            planes[good],
-            target.tilts[partner] @ target_pose.rotation.T,
-        ),
-        residuals[good],
-        len(points),
+        PlacedPlanes(placed_m[good], own, _turned(source.tilts[partners.asked[good]], source_pose)),
+        PlacedPlanes(places, planes, _turned(target.tilts[nearest[good]], target_pose)),
+        residuals,
+        len(placed_m),
     )
 
 
-def _evenly(n: int) -> NDArray[np.int64]:
-    """Indices of the points that are asked: all, or so many, evenly taken."""
-    if n <= QUERIES:
-        return np.arange(n)
-    return np.linspace(0, n - 1, QUERIES).astype(np.int64)
+def _turned(tilts: NDArray[np.float64], pose: StationPose) -> NDArray[np.float64]:
+    """Tilts (m, 2, 3) of a scan in the site frame."""
+    return np.asarray((tilts.reshape(-1, 3) @ pose.rotation.T).reshape(-1, 2, 3))
 
 
 def pair_equations(matches: Matches, source_pose: StationPose, target_pose: StationPose) -> PairEquations:
@@ -114,9 +111,8 @@ def pair_equations(matches: Matches, source_pose: StationPose, target_pose: Stat
     weight = match_weights(matches)
     if weight is None:
         return NO_EQUATIONS
-    jacobian = derivatives(matches, source_pose, target_pose)
-    weighted = jacobian * weight[:, None]
-    return PairEquations(weighted.T @ jacobian, -weighted.T @ matches.residuals_m)
+    own, other = matches.source.normals, matches.target.normals
+    return _summed(matches, (own, other), (source_pose, target_pose), weight)
 
 
 def feigned_information(
@@ -136,9 +132,27 @@ def feigned_information(
             (matches.source.tilts[:, k], still),
             (still, matches.target.tilts[:, k]),
         ):
-            wrong = _derivatives_of(matches, *tilts, source_pose, target_pose)
-            total += (wrong * weight[:, None]).T @ wrong
+            total += _summed(matches, tilts, (source_pose, target_pose), weight).matrix
     return total
+
+
+def _summed(
+    matches: Matches,
+    normals: tuple[NDArray[np.float64], NDArray[np.float64]],
+    poses: tuple[StationPose, StationPose],
+    weight: NDArray[np.float64],
+) -> PairEquations:
+    """Equations for given normals (m, 3) of source and target, in which the derivatives are linear."""
+    matrix, vector = normal_equations(
+        matches.source.points_m,
+        matches.target.points_m,
+        np.ascontiguousarray(normals[0]),
+        np.ascontiguousarray(normals[1]),
+        (poses[0].position_m, poses[1].position_m),
+        weight,
+        matches.residuals_m,
+    )
+    return PairEquations(matrix, vector)
 
 
 def match_weights(matches: Matches) -> NDArray[np.float64] | None:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from tasks.geometry.neighbours import spread_of_neighbours
 from tasks.geometry.side_by_side import side_by_side
 from tasks.geometry.voxels import first_in_voxel
+from tasks.registration.even_sample import Cloud, sampled
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,10 @@ FLATNESS: Final = 0.05
 
 PLANE_PARAMETERS: Final = 3
 
+MOST_POINTS: Final = 2_000_000
+"""Points of a scan that are looked at; of more an even sample is taken, so that time and memory are bounded. More brought
+no better poses on simulated sites (docs/decisions/0020)."""
+
 
 @dataclass(frozen=True, slots=True)
 class PlanarCloud:
@@ -72,17 +78,23 @@ class ScanPlanes:
         return self.fine, self.coarse
 
 
-def scan_planes(scans_m: Sequence[NDArray[np.float64]]) -> list[ScanPlanes]:
+def scan_planes(scans_m: Sequence[Cloud]) -> list[ScanPlanes]:
     """Planes of several scans (n_i, 3), each in its own scanner frame."""
     return side_by_side(planes_of_scan, scans_m)
 
 
-def planes_of_scan(points_m: NDArray[np.float64]) -> ScanPlanes:
-    """Planes of a scan (n, 3): fine ones, and where there is none, those of the ground."""
-    thin = points_m[first_in_voxel(points_m, FINE.voxel_m)]
-    fine, rest = _planes(thin, FINE)
-    ground, _ = _planes(rest[first_in_voxel(rest, COARSE.voxel_m)] if len(rest) else rest, COARSE)
-    return ScanPlanes(fine, chosen(ground, np.abs(ground.normals[:, 2]) > LYING))
+def planes_of_scan(points_m: Cloud) -> ScanPlanes:
+    """Planes of a scan (n, 3): fine ones, and where there is none, those of the ground.
+
+    Of more than MOST_POINTS points an even sample is taken: time and memory do not grow any further.
+    """
+    fine, rest = _planes(_thin(sampled(points_m, MOST_POINTS), FINE), FINE)
+    ground, _ = _planes(_thin(rest, COARSE), COARSE, lying=LYING)
+    return ScanPlanes(fine, ground)
+
+
+def _thin(points_m: NDArray[np.float64], scale: PlaneScale) -> NDArray[np.float64]:
+    return points_m[first_in_voxel(points_m, scale.voxel_m)]
 
 
 def chosen(cloud: PlanarCloud, keep: NDArray[np.bool_]) -> PlanarCloud:
@@ -91,35 +103,25 @@ def chosen(cloud: PlanarCloud, keep: NDArray[np.bool_]) -> PlanarCloud:
     return PlanarCloud(points, cloud.normals[keep], cloud.tilts[keep], KDTree(points), cloud.reach_m)
 
 
-def _planes(thin: NDArray[np.float64], scale: PlaneScale) -> tuple[PlanarCloud, NDArray[np.float64]]:
-    """Planes among thinned points (n, 3), and the points (m, 3) where one was looked for and is not."""
+def _planes(
+    thin: NDArray[np.float64], scale: PlaneScale, lying: float = -1.0
+) -> tuple[PlanarCloud, NDArray[np.float64]]:
+    """Planes among thinned points (n, 3) with more than a share of up in the normal, and the points (m, 3) of no plane."""
     if len(thin) < MIN_NEIGHBOURS:
         none = np.empty((0, 3))
         return PlanarCloud(none, none, np.empty((0, 2, 3)), KDTree(none), scale.reach_m), thin
-    at = np.sort(first_in_voxel(thin, scale.spacing_m))
-    centred, weight = _neighbourhoods(thin, at, scale.radius_m)
-    count = weight.sum(axis=1)
-    covariance = np.einsum("nki,nkj,nk->nij", centred, centred, weight, optimize=True)
-    values, vectors = np.linalg.eigh(covariance)
-    flat = (count >= MIN_NEIGHBOURS) & (values[:, 0] < FLATNESS * values[:, 1])
+    at = first_in_voxel(thin, scale.spacing_m)
+    spread = spread_of_neighbours(thin, at, scale.radius_m, (MIN_NEIGHBOURS, NEIGHBOURS))
+    values, up = spread.values, np.abs(spread.vectors[:, 2, 0])
     # a line of points along a scan column is flat in every direction: its plane means nothing
-    flat &= values[:, 1] > 0.02 * values[:, 2]
-    points, axes, spread = thin[at[flat]], vectors[flat], values[flat]
-    variance = np.maximum(spread[:, 0], 0.0) / (count[flat] - PLANE_PARAMETERS)
-    lengths = np.sqrt(variance[:, None] / spread[:, 1:])
+    flat = (values[:, 0] < FLATNESS * values[:, 1]) & (values[:, 1] > 0.02 * values[:, 2])
+    is_plane = spread.enough.copy()
+    is_plane[spread.enough] = flat
+    kept = flat & (up > lying)
+    points, axes, values = thin[at[spread.enough][kept]], spread.vectors[kept], values[kept]
+    variance = np.maximum(values[:, 0], 0.0) / (spread.count[kept] - PLANE_PARAMETERS)
+    lengths = np.sqrt(variance[:, None] / values[:, 1:])
     tilts = np.swapaxes(axes[:, :, 1:], 1, 2) * lengths[:, :, None]
-    return PlanarCloud(points, axes[:, :, 0].copy(), tilts, KDTree(points), scale.reach_m), thin[at[~flat]]
-
-
-def _neighbourhoods(
-    points: NDArray[np.float64], at: NDArray[np.int64], radius_m: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Neighbours of some points minus their mean (n, k, 3), and 1 or 0 for neighbours that are there (n, k)."""
-    distance, index = KDTree(points).query(
-        points[at], k=min(NEIGHBOURS, len(points)), distance_upper_bound=radius_m
-    )
-    there = np.isfinite(distance)
-    neighbours = points[np.where(there, index, 0)]
-    weight = there.astype(np.float64)
-    mean = np.einsum("nki,nk->ni", neighbours, weight) / weight.sum(axis=1)[:, None]
-    return neighbours - mean[:, None, :], weight
+    return PlanarCloud(points, axes[:, :, 0].copy(), tilts, KDTree(points), scale.reach_m), thin[
+        at[~is_plane]
+    ]

@@ -6,6 +6,7 @@ planned, and what is out of round must not tell a scanner what is plumb.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -14,6 +15,14 @@ from numpy.typing import NDArray
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.robust import mad_sigma, tukey_weights
 from tasks.registration.planar import ScanPlanes
+from tasks.registration.shaft_kernel import (
+    AXIS_TERMS,
+    design_sums,
+    knots_beside,
+    residuals_off,
+    station_sums,
+    stepped,
+)
 from tasks.registration.sighting import UPRIGHT
 from tasks.registration.station import ShaftHint, StationPose
 
@@ -73,21 +82,22 @@ def shaft_equations(shaft: ShaftPoints, poses: Sequence[StationPose]) -> ShaftEq
     if np.count_nonzero(counts >= LEAST_POINTS) < 2:
         return nothing
     placed = [pose.to_site(points) for pose, points in zip(poses, shaft.points_m, strict=True)]
-    station = np.repeat(np.arange(n), counts)
-    fit = _fit(np.concatenate(placed), station, n, shaft)
-    by_pose = np.hstack(
-        [np.cross(fit.points_m - np.array([p.position_m for p in poses])[station], fit.normals), fit.normals]
-    )
-    return _eliminate(fit, by_pose, station, n)
+    fit = _fit(np.concatenate(placed), np.repeat(np.arange(n), counts), n, shaft)
+    return _eliminate(fit, np.cumsum([0, *counts]), poses)
 
 
 @dataclass(frozen=True, slots=True)
 class _Fit:
-    """Points (m, 3), outward normals (m, 3), design (m, q) of axis and radii, residuals (m,), weights (m,) in 1 / m2."""
+    """Points (m, 3), their heights (m,) in shares of the shaft from its middle, and the knots beside them with shares (m,).
+
+    Then directions (m, 2) from the axis, outward normals (m, 3), residuals (m,), weights (m,) in 1 / m2.
+    """
 
     points_m: NDArray[np.float64]
+    height: NDArray[np.float64]
+    beside: tuple[NDArray[np.int64], NDArray[np.float64]]
+    outward: NDArray[np.float64]
     normals: NDArray[np.float64]
-    design: NDArray[np.float64]
     residuals_m: NDArray[np.float64]
     weights: NDArray[np.float64]
 
@@ -97,55 +107,51 @@ def _fit(points_m: NDArray[np.float64], station: NDArray[np.int64], n: int, shaf
     low, high = shaft.seen.shaft_z_m
     middle = (low + high) / 2.0
     height = (points_m[:, 2] - middle) / (high - low)
-    powers = height[:, None] ** np.arange(3)
     knots = np.linspace(low, high, KNOTS)
-    hats = _hats(points_m[:, 2], knots)
+    beside = knots_beside(np.ascontiguousarray(points_m[:, 2]), knots)
     radii = np.interp(knots, shaft.seen.shaft_z_m, shaft.seen.radius_m)
     axis = np.zeros((3, 2))
     axis[0] = shaft.seen.base_xy_m
-    sigma = BESIDE_M
+    sigma, share = BESIDE_M, 1.0 / np.bincount(station, minlength=n)[station]
     for _ in range(REFITS):
-        away = points_m[:, :2] - powers @ axis
-        distance = np.hypot(*away.T)
-        outward = away / distance[:, None]
-        residual = distance - hats @ radii
-        design = -np.hstack([powers * outward[:, :1], powers * outward[:, 1:], hats])
-        weight = tukey_weights(residual, sigma) / np.bincount(station, minlength=n)[station]
-        normal = design.T @ (design * weight[:, None])
-        normal += RIDGE * np.trace(normal) * np.eye(len(normal))
-        step = -np.linalg.solve(normal, design.T @ (weight * residual))
+        residual, outward = residuals_off(points_m, height, beside, axis, radii)
+        weight = tukey_weights(residual, sigma) * share
+        normal, right = design_sums(outward, height, beside, weight, residual, KNOTS)
+        step = np.asarray(np.linalg.solve(_ridged(normal), right), dtype=np.float64)
         axis += step[:6].reshape(2, 3).T
         radii += step[6:]
-        sigma = max(mad_sigma(residual + design @ step), FORM_SIGMA_M)
-    residual = residual + design @ step
+        residual = stepped(outward, height, beside, residual, step)
+        sigma = max(mad_sigma(residual), FORM_SIGMA_M)
     taper = np.interp(points_m[:, 2], knots, np.gradient(radii, knots))
-    slope = np.einsum(
-        "ij,ij->i", outward, np.column_stack([powers[:, 0], 2.0 * height]) @ axis[1:] / (high - low)
-    )
-    normals = np.column_stack([outward, -taper - slope])
-    information = FORM_BLOCKS / sigma**2
-    weights = information * tukey_weights(residual, sigma) / np.bincount(station, minlength=n)[station]
-    return _Fit(points_m, normals, design, residual, weights)
+    bend = np.column_stack([np.ones_like(height), 2.0 * height]) @ axis[1:] / (high - low)
+    normals = np.column_stack([outward, -taper - np.einsum("ij,ij->i", outward, bend)])
+    weights = FORM_BLOCKS / sigma**2 * tukey_weights(residual, sigma) * share
+    return _Fit(points_m, height, beside, outward, normals, residual, weights)
 
 
-def _hats(z_m: NDArray[np.float64], knots_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Linear interpolation between knots as a matrix (m, k)."""
-    return np.column_stack([np.interp(z_m, knots_m, unit) for unit in np.eye(len(knots_m))])
+def _ridged(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Keep a normal matrix (q, q) from being singular where no point is."""
+    return np.asarray(normal + RIDGE * np.trace(normal) * np.eye(len(normal)))
 
 
-def _eliminate(fit: _Fit, by_pose: NDArray[np.float64], station: NDArray[np.int64], n: int) -> ShaftEquations:
-    q = fit.design.shape[1]
-    poses, mixed, vector = np.zeros((SIX * n, SIX * n)), np.zeros((SIX * n, q)), np.zeros(SIX * n)
-    weighted = by_pose * fit.weights[:, None]
-    for i in range(n):
-        own = station == i
-        rows = slice(SIX * i, SIX * i + SIX)
-        poses[rows, rows] = weighted[own].T @ by_pose[own]
-        mixed[rows] = weighted[own].T @ fit.design[own]
-        vector[rows] = -weighted[own].T @ fit.residuals_m[own]
-    nuisance = fit.design.T @ (fit.design * fit.weights[:, None])
-    nuisance += RIDGE * np.trace(nuisance) * np.eye(q)
-    right = -fit.design.T @ (fit.weights * fit.residuals_m)
-    matrix = poses - mixed @ np.linalg.solve(nuisance, mixed.T)
-    on_shaft = np.bincount(station[fit.weights > 0.0], minlength=n)
+def _eliminate(fit: _Fit, begins: NDArray[np.int64], poses: Sequence[StationPose]) -> ShaftEquations:
+    """Normal equations of the poses alone; the points of station i start at ``begins[i]``."""
+    n, q = len(poses), AXIS_TERMS + KNOTS
+    own, mixed, vector = np.zeros((SIX * n, SIX * n)), np.zeros((SIX * n, q)), np.zeros(SIX * n)
+    for i, pose in enumerate(poses):
+        rows, part = slice(SIX * i, SIX * i + SIX), slice(begins[i], begins[i + 1])
+        own[rows, rows], mixed[rows], vector[rows] = station_sums(
+            fit.points_m[part] - pose.position_m,
+            fit.normals[part],
+            fit.outward[part],
+            fit.height[part],
+            (fit.beside[0][part], fit.beside[1][part]),
+            fit.weights[part],
+            fit.residuals_m[part],
+            KNOTS,
+        )
+    nuisance, right = design_sums(fit.outward, fit.height, fit.beside, fit.weights, fit.residuals_m, KNOTS)
+    nuisance = _ridged(nuisance)
+    matrix = own - mixed @ np.linalg.solve(nuisance, mixed.T)
+    on_shaft = np.array([np.count_nonzero(fit.weights[a:b]) for a, b in pairwise(begins)])
     return ShaftEquations(matrix, vector - mixed @ np.linalg.solve(nuisance, right), on_shaft)

@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.failure import FitFailure
+from tasks.registration.even_sample import Cloud
 from tasks.registration.planar import COARSE, FINE, PlanarCloud, ScanPlanes, scan_planes
 from tasks.registration.station import Registration, StationPose
 
@@ -43,7 +44,7 @@ class StableSurroundings:
 
 
 def stable_surroundings(
-    scans_m: Sequence[NDArray[np.float64]], registration: Registration, boxes: Sequence[StableBox]
+    scans_m: Sequence[Cloud], registration: Registration, boxes: Sequence[StableBox]
 ) -> StableSurroundings | FitFailure:
     """Take the planes inside the boxes out of the scans (n_i, 3), scanner frames, of a registered epoch."""
     parts = [

@@ -6,6 +6,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tasks.registration.even_sample import Cloud
+
 Ties = Literal["common shaft", "none"]
 
 
@@ -13,13 +15,13 @@ Ties = Literal["common shaft", "none"]
 class StationScan:
     """A scan with the pose that the crew states for it.
 
-    ``points_m`` is (n, 3) in the scanner frame; ``position_m`` (3,) the scanner in the site frame;
-    ``heading_rad`` the azimuth of the scanner's +y axis, clockwise from grid north. None where the crew states
-    nothing: it is then found from the shaft and the other stations.
+    ``points_m`` is (n, 3) in the scanner frame, an array or a cloud that is read in chunks; ``position_m`` (3,) the scanner
+    in the site frame; ``heading_rad`` the azimuth of the scanner's +y axis, clockwise from grid north. None where the crew
+    states nothing: it is then found from the shaft and the other stations.
     """
 
     station: str
-    points_m: NDArray[np.float64]
+    points_m: Cloud
     position_m: NDArray[np.float64] | None
     heading_rad: float | None
 

@@ -56,6 +56,13 @@ class Execution(Section):
         description="place on S3 for scans, artifacts and records, as s3://bucket/prefix; in the workspace where "
         "missing. Workers on other machines need it, or a workspace and scans on a drive that all of them mount",
     )
+    keep_server_s: float = Field(
+        default=600.0,
+        ge=0.0,
+        le=86_400.0,
+        description="s; so long the workflow server that a run starts for its workspace, on loopback, is kept for the next "
+        "run after the last one used it; 0: it ends with the run",
+    )
 
     @model_validator(mode="after")
     def _engine_and_address(self) -> Self:

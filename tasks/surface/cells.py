@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.side_by_side import side_by_side
-from tasks.surface.cell_kernel import MOMENTS, SUMS, add_points
 from tasks.surface.profile import ProfileTable
 
 SECTORS: Final = 72
@@ -140,7 +139,7 @@ def sum_cells(cloud: SurfacePoints, table: ProfileTable, grid: Grid, sigma_m: ND
     parts = side_by_side(of_part, range(PARTS))
     total = np.sum([sums for sums, _ in parts], axis=0)
     moments = np.sum([of for _, of in parts], axis=0)
-    return _cells_of(total.reshape(-1, SUMS).T, moments / max(len(cloud.points_m), 1), grid)
+    return _cells_of(total.reshape(-1, total.shape[-1]).T, moments / max(len(cloud.points_m), 1), grid)
 
 
 def sector_of(direction: NDArray[np.complex128]) -> NDArray[np.intp]:
@@ -152,6 +151,8 @@ def sector_of(direction: NDArray[np.complex128]) -> NDArray[np.intp]:
 def _sum_part(
     cloud: SurfacePoints, rows: slice, table: ProfileTable, grid: Grid, sigma_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    from tasks.surface.cell_kernel import MOMENTS, SUMS, add_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     sums, moments = np.zeros((cloud.n_stations, grid.n_heights, SECTORS, SUMS)), np.zeros(MOMENTS)
     add_points(
         cloud.points_m[rows],

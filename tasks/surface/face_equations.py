@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
-from scipy.stats import chi2
 
 from tasks.geometry.faces import FaceSplit, split_by_face
 from tasks.geometry.failure import FitFailure
@@ -199,4 +198,6 @@ def is_bent(state: FaceState, equations: FaceEquations) -> bool:
         return False
     bent = state.distance_m[equations.seen, STRAIGHT:].ravel()
     spread = equations.covariance()[np.ix_(places, places)]
-    return bool(bent @ np.linalg.solve(spread, bent) > chi2.ppf(BENT, len(places)))
+    from scipy.special import chdtri  # noqa: PLC0415 (slow to import, and every command reads settings)
+
+    return bool(bent @ np.linalg.solve(spread, bent) > chdtri(len(places), 1.0 - BENT))

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
 
 SPLINE_DEGREE: Final = 3
 
@@ -25,6 +24,8 @@ STRAIGHT_ON: Final = 1e-6
 
 
 def _splines(share: NDArray[np.float64], knots: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.interpolate import BSpline  # noqa: PLC0415 (slow to import, and every command reads settings)
+
     return np.asarray(BSpline.design_matrix(share, knots, SPLINE_DEGREE, extrapolate=True).toarray())
 
 

@@ -4,12 +4,14 @@ import importlib
 import subprocess
 import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from flows.application import COMMANDS
 from flows.version import VERSION
 from tests.flows.calls import ROOT, call, call_process
+from tests.flows.stored_campaign import publish, stored_campaign
 
 HEAVY = {"prefect", "numpy", "open3d", "pydantic", "duckdb", "pyarrow", "scipy", "laspy"}
 
@@ -51,6 +53,44 @@ def test_version_does_not_even_load_the_parser() -> None:
     code = "import sys; from flows.cli import main; main(['--version']); print(*sys.modules, file=sys.stderr)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert "cyclopts" not in done.stderr.split()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["status"],
+        ["compare", "e2", "e1"],
+        ["compare-schemes", "e2"],
+        ["alarms"],
+        ["limits"],
+        ["verify"],
+        ["export", "tilt"],
+        ["run", "--epoch", "not there"],
+    ],
+    ids=lambda words: words[0],
+)
+def test_prefect_is_for_runs_alone(tmp_path: Path, words: list[str]) -> None:
+    stored = stored_campaign(tmp_path)
+    for number, epoch in enumerate(("e1", "e2")):
+        publish(stored, epoch, number)
+    name, *rest = words
+    code = "import sys; from flows.cli import main; main(sys.argv[1:]); print('prefect' in sys.modules)"
+    whole = [name, str(stored.file), *rest, "-q"]
+    done = subprocess.run(
+        [sys.executable, "-c", code, *whole], capture_output=True, text=True, cwd=ROOT, check=True
+    )
+    assert done.stdout.splitlines()[-1] == "False"
+    assert "traceback" not in done.stderr.lower(), done.stderr
+
+
+def test_a_bad_campaign_file_is_refused_before_prefect_is_loaded(tmp_path: Path) -> None:
+    file = tmp_path / "campaign.toml"
+    file.write_text("[structure]\n")
+    words = ["run", str(file)]
+    code = f"import sys; from flows.cli import main; print(main({words})); print('prefect' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.splitlines() == ["3", "False"]
+    assert done.stderr.startswith("error: ")
 
 
 @pytest.mark.parametrize("name", CONTRACT)

@@ -2,8 +2,10 @@
 
 import os
 import shutil
+import subprocess
+import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,10 @@ import flows.monitor_campaign as monitor_campaign_module
 from flows.outcome import RunOutcome
 from flows.run_campaign import RunRequest, run_campaign
 from storage.publish import remove_epoch
+from storage.run_record import read_record, record_of_this_process, write_record
+from storage.tables import table_path
 from storage.workspace import Workspace
+from tests.flows.calls import ROOT
 from tests.flows.campaigns import STRUCTURE, ignore, only_epoch, replace_text, small_campaign, stage_rows
 
 EPOCH = "2025-01"
@@ -63,6 +68,23 @@ def test_an_epoch_that_did_not_change_is_not_looked_at(place: Place) -> None:
     assert only_epoch(again).state == "ok"
     assert only_epoch(again).notes[0].startswith("unchanged since run ")
     assert stage_rows(place.run(only_new=False)) != []
+
+
+def test_a_run_without_anything_to_process_does_all_else_without_the_engine(place: Place) -> None:
+    words = ["-q", "run", str(place.file), "--workspace", str(place.workspace), "--only-new"]
+    code = f"import sys; from flows.cli import main; print(main({words})); print('prefect' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.splitlines()[-2:] == ["0", "False"], done.stderr
+    newest = max(table_path(Workspace(place.workspace), "runs", STRUCTURE, "x").parent.glob("*"))
+    assert newest.stem.split(".")[0] in done.stdout
+
+
+def test_a_run_after_one_that_was_killed_settles_it(place: Place) -> None:
+    record = record_of_this_process("20250101T000000Z-aaaaaa", STRUCTURE, "own")
+    workspace = Workspace(place.workspace)
+    write_record(workspace, replace(record, pid=2**22 + 1))
+    assert stage_rows(place.run()) == []
+    assert read_record(workspace, record.run) is None
 
 
 def test_a_scan_that_was_touched_is_looked_at(place: Place) -> None:

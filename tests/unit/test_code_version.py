@@ -94,7 +94,9 @@ def test_what_does_not_run_does_not_change_the_version(checkout: Path, old: str,
 
 def test_code_that_a_stage_does_not_reach_does_not_change_its_version(checkout: Path) -> None:
     before = version_in(checkout)
-    with Edited(checkout / "tasks/registration/pairs.py", "QUERIES: Final = 3000", "QUERIES: Final = 3001"):
+    with Edited(
+        checkout / "tasks/registration/partners.py", "QUERIES: Final = 3000", "QUERIES: Final = 3001"
+    ):
         assert version_in(checkout) == before
         assert version_in(checkout, "registration.register", "register_stations") != ""
 
@@ -107,7 +109,7 @@ def test_a_lazy_import_inside_a_function_is_reached(checkout: Path) -> None:
     ):
         before = version_in(checkout)
         with Edited(
-            checkout / "tasks/registration/pairs.py", "QUERIES: Final = 3000", "QUERIES: Final = 3001"
+            checkout / "tasks/registration/partners.py", "QUERIES: Final = 3000", "QUERIES: Final = 3001"
         ):
             assert version_in(checkout) != before
 

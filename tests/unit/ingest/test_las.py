@@ -54,7 +54,7 @@ def test_points_are_contiguous_doubles(tmp_path: Path) -> None:
 def test_more_points_than_a_chunk_and_than_a_piece_come_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tasks.ingest.las.PIECE_BYTES", 30 * 7_001)
+    monkeypatch.setattr("tasks.ingest.las_points.PIECE_BYTES", 30 * 7_001)
     points_m = wall_points(120_000)
     scan = read_scan(write_las(tmp_path / "a.laz", points_m))
     assert scan.points_m == pytest.approx(points_m, abs=ROUNDING_M)
@@ -65,7 +65,7 @@ def test_the_sequential_decoder_agrees_with_the_parallel_one(
 ) -> None:
     path = write_las(tmp_path / "a.laz", wall_points(60_000))
     parallel = read_scan(path)
-    monkeypatch.setattr("tasks.ingest.las.PARALLEL_CHUNK_BYTES", 0)
+    monkeypatch.setattr("tasks.ingest.las_points.PARALLEL_CHUNK_BYTES", 0)
     assert np.array_equal(read_scan(path).points_m, parallel.points_m)
 
 

@@ -1,0 +1,272 @@
+"""Find the workflow server of a folder or start it, and hold a connection that says that this process uses it.
+
+A server takes seconds to start, so one run leaves it to the next (flows/workflow_server.py says when it ends). Where it
+dies under a run, the run starts another on the same port: Prefect's client asks again until it answers.
+"""
+
+import base64
+import http.client
+import json
+import os
+import secrets
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Mapping
+from contextvars import copy_context
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Final
+
+from filelock import FileLock, Timeout
+
+from flows.terminal import note
+from flows.workflow_server import (
+    LOOPBACK,
+    SECRET_VARIABLE,
+    ServerRecord,
+    ServerRequest,
+    read_record,
+    server_lock,
+    version_of_servers,
+)
+from storage.errors import TiltwatchError
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+
+START_S: Final = 120.0
+"""Longest wait for a server; a loaded machine needs a minute."""
+
+ANSWER_S: Final = 10.0
+"""Longest wait for the answer of a server that is there."""
+
+LOOK_EVERY_S: Final = 0.05
+
+LOG: Final = "server.log"
+
+OK: Final = 200
+
+_started: Final[list["subprocess.Popen[bytes]"]] = []
+"""Servers that this process started; they outlive it."""
+
+
+class NoServerError(TiltwatchError):
+    """No server could be found or started."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lease:
+    """A connection to a server, which tells it that it is used, and this process when it ended."""
+
+    record: ServerRecord
+    connection: http.client.HTTPConnection
+
+    def wait_for_end(self) -> None:
+        """Wait until the server closes the connection: it does so when it ends, and never before."""
+        made = self.connection.sock
+        try:
+            made.settimeout(None)
+            while made.recv(1024):
+                pass
+        except OSError:
+            pass  # that is an end, too
+        finally:
+            self.connection.close()
+
+
+def lease_of(record: ServerRecord) -> Lease | None:
+    """Connect to the server of a record; None where it is gone, or something else that does not know the secret answers."""
+    connection = http.client.HTTPConnection(LOOPBACK, record.port, timeout=ANSWER_S)
+    secret = base64.b64encode(record.secret.encode()).decode()
+    try:
+        connection.request("GET", "/api/admin/version", headers={"Authorization": f"Basic {secret}"})
+        answer = connection.getresponse()
+        answer.read()
+    except (OSError, http.client.HTTPException):
+        connection.close()
+        return None
+    if answer.status != OK or connection.sock is None:
+        connection.close()
+        return None
+    return Lease(record, connection)
+
+
+class ServerSearch:
+    """A server that was found or is on its way up; until ``wait`` is called nobody else finds or starts one."""
+
+    def __init__(self, folder: Path, keep_s: float, instead_of: ServerRecord | None = None) -> None:
+        """Find the server of a folder, or begin to start one.
+
+        Parameters
+        ----------
+        folder
+            PREFECT_HOME of the server.
+        keep_s
+            So long it is kept after its last use, seconds.
+        instead_of
+            A server that died, whose port and secret the new one takes.
+
+        Raises
+        ------
+        NoServerError
+            If that cannot be done; where locks cannot be had (some network drives), for one.
+        """
+        self._lock = _taken_lock(folder)
+        try:
+            found = read_record(folder)
+            known = found is not None and (found.version, found.folder) == (version_of_servers(), str(folder))
+            self._lease = lease_of(found) if known and found is not None else None
+            self._process: subprocess.Popen[bytes] | None = None
+            if self._lease is None:
+                self._process, self.record = _start(folder, keep_s, instead_of)
+            else:
+                self.record = self._lease.record
+        except BaseException:
+            self._lock.release()
+            raise
+
+    @property
+    def is_up(self) -> bool:
+        """Whether the server was found, and need not be waited for."""
+        return self._lease is not None
+
+    def wait(self) -> Lease:
+        """Wait until the server answers.
+
+        Raises
+        ------
+        NoServerError
+            If it ends, or does not answer within two minutes.
+        """
+        try:
+            if self._process is not None and self._lease is None:
+                self._lease = _when_it_answers(self._process, self.record)
+        except BaseException:
+            if self._process is not None:
+                self._process.terminate()
+            raise
+        finally:
+            self._lock.release()
+        if self._lease is None:
+            raise NoServerError("nobody started it")
+        return self._lease
+
+
+def _when_it_answers(process: "subprocess.Popen[bytes]", record: ServerRecord) -> Lease:
+    deadline = time.monotonic() + START_S
+    while process.poll() is None and time.monotonic() < deadline:
+        time.sleep(LOOK_EVERY_S)
+        lease = lease_of(record)
+        if lease is not None:
+            return lease
+    raise NoServerError(_why(Path(record.folder), ended=process.poll() is not None))
+
+
+def keep_alive(lease: Lease, keep_s: float) -> threading.Thread:
+    """Look after a server as long as this process lives: where it dies, start another in its place.
+
+    Returns
+    -------
+    Thread
+        Who does so; it ends where there is no server any more.
+    """
+
+    def follow() -> None:
+        present = lease
+        while True:
+            present.wait_for_end()
+            folder = Path(present.record.folder)
+            if not folder.is_dir():
+                return
+            note("the workflow server died; another takes its place")
+            try:
+                present = ServerSearch(folder, keep_s, instead_of=present.record).wait()
+            except (NoServerError, OSError) as fault:
+                note(f"no workflow server any more: {fault}")
+                return
+
+    context = copy_context()
+    thread = threading.Thread(target=context.run, args=(follow,), name="workflow-server", daemon=True)
+    thread.start()
+    return thread
+
+
+def _taken_lock(folder: Path) -> FileLock:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = server_lock(folder)
+        lock.acquire(timeout=START_S)
+    except Timeout:
+        raise NoServerError(
+            f"another process holds {folder / 'server.lock'} for more than {START_S:.0f} s"
+        ) from None
+    except (OSError, NotImplementedError) as fault:
+        raise NoServerError(f"no lock in {folder}: {fault}") from fault
+    return lock
+
+
+def _start(
+    folder: Path, keep_s: float, instead_of: ServerRecord | None
+) -> tuple["subprocess.Popen[bytes]", ServerRecord]:
+    """Start a server apart from this process; it tells its port at once, and answers after seconds."""
+    mark = secrets.token_hex(8)
+    secret = f"tiltwatch:{secrets.token_urlsafe(24)}" if instead_of is None else instead_of.secret
+    request = ServerRequest(str(folder), mark, keep_s, 0 if instead_of is None else instead_of.port)
+    command = [sys.executable, "-P", "-m", "flows.workflow_server", json.dumps(asdict(request))]
+    try:
+        with (folder / LOG).open("wb") as log:
+            process = subprocess.Popen(
+                command,
+                env=_environment(folder, secret),
+                cwd=folder,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=log,
+                **_apart(),  # type: ignore[call-overload]
+            )
+    except OSError as fault:
+        raise NoServerError(f"it cannot be started: {fault}") from fault
+    _started.append(process)
+    with process.stdout:
+        told = process.stdout.readline().strip()
+    if not told.isdigit():
+        process.wait()
+        raise NoServerError(_why(folder, ended=True))
+    return process, ServerRecord(mark, version_of_servers(), str(folder), process.pid, int(told), secret)
+
+
+def _apart() -> Mapping[str, object]:
+    """Ctrl-C, the end of the terminal and the end of a process group are for the run, not for its server."""
+    if os.name == "nt":
+        names = ("CREATE_NEW_PROCESS_GROUP", "CREATE_NO_WINDOW")
+        return {"creationflags": sum(getattr(subprocess, name) for name in names)}
+    return {"start_new_session": True}
+
+
+def _environment(folder: Path, secret: str) -> dict[str, str]:
+    ours = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("PREFECT__", "PREFECT_API_"))
+    }
+    path = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {
+        **ours,
+        "PYTHONPATH": os.pathsep.join(path),
+        "PREFECT_HOME": str(folder),
+        "PREFECT_UI_ENABLED": "0",
+        # as Prefect starts one for a single run: without the services for schedules, workers and automations
+        "PREFECT__SERVER_EPHEMERAL": "1",
+        "PREFECT__SERVER_FINAL": "1",
+        SECRET_VARIABLE: secret,
+    }
+
+
+def _why(folder: Path, *, ended: bool) -> str:
+    try:
+        tail = (folder / LOG).read_text(encoding="utf-8", errors="replace").strip().splitlines()[-1:]
+    except OSError:
+        tail = []
+    what = "it ended" if ended else f"it did not answer within {START_S:.0f} s"
+    return ": ".join([what, *tail]) + f" ({folder / LOG})"
