@@ -16,6 +16,7 @@ import time
 from collections.abc import Mapping
 from contextvars import copy_context
 from dataclasses import asdict, dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import Final
 
@@ -46,6 +47,7 @@ LOOK_EVERY_S: Final = 0.05
 LOG: Final = "server.log"
 
 OK: Final = 200
+UNAUTHORIZED: Final = 401
 
 _started: Final[list["subprocess.Popen[bytes]"]] = []
 """Servers that this process started; they outlive it."""
@@ -80,16 +82,30 @@ def lease_of(record: ServerRecord) -> Lease | None:
     connection = http.client.HTTPConnection(LOOPBACK, record.port, timeout=ANSWER_S)
     secret = base64.b64encode(record.secret.encode()).decode()
     try:
-        connection.request("GET", "/api/admin/version", headers={"Authorization": f"Basic {secret}"})
-        answer = connection.getresponse()
-        answer.read()
+        # another server on that port may answer anything; only one that asks for a secret is told it
+        known = _asked(connection, {}).status == UNAUTHORIZED
+        answer = _asked(connection, {"Authorization": f"Basic {secret}"}) if known else None
     except (OSError, http.client.HTTPException):
         connection.close()
         return None
-    if answer.status != OK or connection.sock is None:
+    is_ours = answer is not None and answer == _Answer(OK, json.dumps(version("prefect")).encode())
+    if not is_ours or connection.sock is None:
         connection.close()
         return None
     return Lease(record, connection)
+
+
+@dataclass(frozen=True, slots=True)
+class _Answer:
+    status: int
+    body: bytes
+
+
+def _asked(connection: http.client.HTTPConnection, headers: Mapping[str, str]) -> _Answer:
+    """Ask for the version of the server."""
+    connection.request("GET", "/api/admin/version", headers=dict(headers))
+    answer = connection.getresponse()
+    return _Answer(answer.status, answer.read().strip())
 
 
 class ServerSearch:

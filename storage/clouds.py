@@ -63,8 +63,12 @@ class StoredCloud:
 
     def chunks(self, size: int = CHUNK_POINTS) -> Iterator[NDArray[np.float64]]:
         """Give all points in order as arrays (m, 3), metres, m = ``size`` but for the last; each array is a new one."""
-        for start in range(0, self.n_points, size):
-            yield self.rows(start, min(start + size, self.n_points))
+        # held open: the copy of an object on S3 may leave its cache meanwhile
+        with _reading(self.path) as file:
+            for start in range(0, self.n_points, size):
+                points_m = np.empty((min(start + size, self.n_points) - start, 3))
+                self._fill(file, start, points_m)
+                yield points_m
 
     def rows(self, start: int, stop: int) -> NDArray[np.float64]:
         """Give the points from ``start`` up to, not with, ``stop``: (stop - start, 3), metres.

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -46,13 +47,14 @@ def remembered_versions(file: Path, libraries: Iterable[str]) -> Iterator[None]:
     if _present:
         yield
         return
-    memory = _read(file, _digest_of_sources(libraries))
+    memory = _read(file, _digest_of_sources(tuple(libraries), sources_read()))
     _present.append(memory)
     try:
         yield
     finally:
         _present.remove(memory)
-        if memory.grown:
+        # a source that was edited meanwhile may be in versions that were found of the old one
+        if memory.grown and _sources_now() == sources_read():
             _write(file, memory)
 
 
@@ -67,8 +69,21 @@ def remembered(function: Callable[..., object], find: Callable[[], str]) -> str:
     return memory.versions[name]
 
 
-def _digest_of_sources(libraries: Iterable[str]) -> str:
-    digest = hashlib.sha256("\n".join([sys.version, *libraries]).encode())
+@cache
+def sources_read() -> str:
+    """Digest of all sources as they were when this process first asked; to be asked before any is parsed.
+
+    What a process found of them once it keeps, and so what it puts down must be put down for these.
+    """
+    return _sources_now()
+
+
+def _digest_of_sources(libraries: Iterable[str], sources: str) -> str:
+    return hashlib.sha256("\n".join([sys.version, *libraries, sources]).encode()).hexdigest()
+
+
+def _sources_now() -> str:
+    digest = hashlib.sha256()
     for package in OURS:
         for path in sorted((ROOT / package).rglob("*.py")):
             content = path.read_bytes()

@@ -17,7 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Final, ParamSpec, TypeVar
 
-from tasks.code_memory import OURS, remembered
+from tasks.code_memory import OURS, remembered, sources_read
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -49,6 +49,7 @@ def code_version(function: Callable[..., object]) -> str:
 
 
 def _version_of(function: Callable[..., object]) -> str:
+    sources_read()
     home = _parsed(function.__module__)
     reached = _definitions_from(home, function.__name__)
     digest = hashlib.sha256()

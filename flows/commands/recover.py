@@ -8,6 +8,7 @@ from cyclopts import Parameter
 
 from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
 from flows.terminal import answer, say
+from storage.errors import UsageError
 
 if TYPE_CHECKING:
     from storage.workspace import Workspace
@@ -33,9 +34,15 @@ def recover(
         Ask the server of PREFECT_API_URL for the deployed runs among them once more, each at most as often as
         retries in [schedule] says.
     """
-    from flows.prefect_home import prepare_prefect
+    from flows.prefect_home import prepare_prefect, users_server
     from storage.workspace import existing_workspace, open_workspace
 
+    if again and users_server() is None:
+        # the server of a workspace has no deployments
+        raise UsageError(
+            "needs the address of the workflow server of the deployments in PREFECT_API_URL, as "
+            "http://127.0.0.1:4200/api (infra/README.md says how to start one)"
+        )
     campaign = load_with_workspace(file, workspace)
     folder = workspace_of(campaign.folder, workspace)
     # a run of a deployment may be lost before it has made its workspace

@@ -3,14 +3,15 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
 
 MOST_SWEEPS: Final = 30
 """Five are enough, convergence being quadratic."""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _turn(a: NDArray[np.float64], v: NDArray[np.float64], p: int, q: int) -> None:
     """Make a[p, q] zero by a rotation in its plane, and turn the vectors with it."""
     theta = (a[q, q] - a[p, p]) / (2.0 * a[p, q])
@@ -32,7 +33,7 @@ def _turn(a: NDArray[np.float64], v: NDArray[np.float64], p: int, q: int) -> Non
         v[i, q] = s * to_p + c * to_q
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _one(a: NDArray[np.float64], v: NDArray[np.float64]) -> None:
     """Bring a (3, 3) to its eigenvalues on the diagonal, and v to the vectors, by Jacobi's method."""
     for i in range(3):
@@ -48,7 +49,7 @@ def _one(a: NDArray[np.float64], v: NDArray[np.float64]) -> None:
                     _turn(a, v, p, q)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def eigen_of(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Eigenvalues (n, 3), ascending, and vectors (n, 3, 3) in columns, of symmetric matrices (n, 3, 3).
 

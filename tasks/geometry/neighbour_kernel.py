@@ -1,15 +1,15 @@
 """The loops that sort points into cubes and take the covariance of each point's nearest neighbours, compiled."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from tasks.geometry.compiled import compiled
 from tasks.geometry.voxel_kernel import EMPTY, FIRST_SIZE, key_of, open_table, slot_of
 
 Arrays = tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _doubled(keys: NDArray[np.int64], numbers: NDArray[np.int64]) -> Arrays:
     """Move a table to one twice as long."""
     longer = open_table(2 * len(keys))
@@ -22,7 +22,7 @@ def _doubled(keys: NDArray[np.int64], numbers: NDArray[np.int64]) -> Arrays:
     return longer, moved
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def sort_into_cubes(
     points_m: NDArray[np.float64], low_m: NDArray[np.float64], edge_m: float
 ) -> tuple[Arrays, Arrays]:
@@ -60,7 +60,7 @@ def sort_into_cubes(
     return (keys, numbers), (order, begins)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _insert(away: NDArray[np.float64], who: NDArray[np.int64], n: int, squared: float, index: int) -> int:
     """Keep the nearest in order of distance, equal ones by index; give how many there are."""
     if n == len(away):
@@ -77,7 +77,7 @@ def _insert(away: NDArray[np.float64], who: NDArray[np.int64], n: int, squared: 
     return n + 1
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _squares(
     points_m: NDArray[np.float64], who: NDArray[np.int64], n: int, squares: NDArray[np.float64]
 ) -> None:
@@ -99,7 +99,7 @@ def _squares(
     squares[1, 0], squares[2, 0], squares[2, 1] = squares[0, 1], squares[0, 2], squares[1, 2]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _beside(
     point_m: NDArray[np.float64],
     low_m: NDArray[np.float64],
@@ -123,7 +123,7 @@ def _beside(
     return n, n_points
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _nearest(
     sorted_m: NDArray[np.float64],
     here: int,
@@ -144,7 +144,7 @@ def _nearest(
     return n
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def squares_around(  # noqa: PLR0913, PLR0917 - a compiled loop
     points_m: NDArray[np.float64],
     row_of: NDArray[np.int64],

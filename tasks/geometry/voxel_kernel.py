@@ -3,8 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
 
 AXIS_BITS: Final = 21
 """Cubes along an axis in a key: 2**21."""
@@ -17,13 +18,13 @@ SPREAD: Final = 0x9E3779B97F4A7C15 - (1 << 64)
 """2**64 over the golden ratio: its product with keys that lie side by side lies all over the table."""
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def key_of(i: int, j: int, k: int) -> int:
     """One number for a cube (each index from 0 to 2**21 - 1)."""
     return (i << (2 * AXIS_BITS)) | (j << AXIS_BITS) | k
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def slot_of(keys: NDArray[np.int64], key: int) -> int:
     """Where a key stands in an open table, or the free place where it belongs; the length is a power of two."""
     mask = len(keys) - 1
@@ -34,7 +35,7 @@ def slot_of(keys: NDArray[np.int64], key: int) -> int:
     return slot
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def bounds(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     """Lowest and highest coordinates (2, 3) of points (n, 3), n > 0."""
     found = np.empty((2, 3))
@@ -48,13 +49,13 @@ def bounds(points_m: NDArray[np.float64]) -> NDArray[np.float64]:
     return found
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def open_table(size: int) -> NDArray[np.int64]:
     """Give an empty table; the size is a power of two."""
     return np.full(size, EMPTY, np.int64)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def first_of_cubes(
     points_m: NDArray[np.float64], low_m: NDArray[np.float64], edge_m: float
 ) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 import logging
 import mmap
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
@@ -186,7 +187,8 @@ def returned_memory(n_bytes: int) -> NDArray[np.uint8]:
         return np.frombuffer(mmap.mmap(-1, n_bytes), np.uint8)
     memory = mmap.mmap(-1, n_bytes, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     # in pages of 4 kB the first touch of a buffer took a sixth of the time of decoding a million points
-    memory.madvise(mmap.MADV_HUGEPAGE)
+    with suppress(OSError):  # a kernel may know the word and not the thing
+        memory.madvise(mmap.MADV_HUGEPAGE)
     return np.frombuffer(memory, np.uint8)
 
 

@@ -3,8 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
 
 NEAREST_M: Final = 1e-9
 """A point on the axis has no direction; nearer ones count as that far."""
@@ -14,7 +15,7 @@ EMPTY: Final = -1
 Cube = tuple[int, int, int]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def place_points(  # noqa: PLR0913, PLR0917 - a compiled loop
     points_m: NDArray[np.float64],
     low_m: float,
@@ -47,7 +48,7 @@ def place_points(  # noqa: PLR0913, PLR0917 - a compiled loop
         around_m[i] = np.arctan2(s, c) * at[2]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _cube(points_m: NDArray[np.float64], row: int, low_m: NDArray[np.float64], voxel_m: float) -> Cube:
     return (
         int(np.floor((points_m[row, 0] - low_m[0]) / voxel_m)),
@@ -56,7 +57,7 @@ def _cube(points_m: NDArray[np.float64], row: int, low_m: NDArray[np.float64], v
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def mark_first(
     points_m: NDArray[np.float64],
     rows: NDArray[np.int64],

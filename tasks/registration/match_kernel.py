@@ -1,13 +1,14 @@
 """The loops over all planes that are compared, compiled: partners, residuals, normal equations."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
 
 Frame = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def turned(matrix: NDArray[np.float64], vectors: NDArray[np.float64], i: int) -> tuple[float, float, float]:
     """Vector i of vectors (n, 3), turned by a matrix (3, 3)."""
     x, y, z = vectors[i, 0], vectors[i, 1], vectors[i, 2]
@@ -18,7 +19,7 @@ def turned(matrix: NDArray[np.float64], vectors: NDArray[np.float64], i: int) ->
     )
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def into_target(
     points_m: NDArray[np.float64],
     source: tuple[NDArray[np.float64], NDArray[np.float64]],
@@ -37,14 +38,14 @@ def into_target(
     return placed, local
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def apart(a: NDArray[np.float64], i: int, b: NDArray[np.float64], j: int) -> float:
     """Distance of point i of (n, 3) from point j of (m, 3)."""
     x, y, z = a[i, 0] - b[j, 0], a[i, 1] - b[j, 1], a[i, 2] - b[j, 2]
     return float(np.sqrt(x * x + y * y + z * z))
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def unsettled(
     local_m: NDArray[np.float64],
     searched_m: NDArray[np.float64],
@@ -71,7 +72,7 @@ def unsettled(
     return anew[:n].copy(), distance
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def good_matches(  # noqa: PLR0913, PLR0917 - a compiled loop
     placed_m: NDArray[np.float64],
     normals: NDArray[np.float64],
@@ -117,7 +118,7 @@ def good_matches(  # noqa: PLR0913, PLR0917 - a compiled loop
     return good[:n].copy(), pairs[:, :n].copy(), residuals[:n].copy()
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _row(  # noqa: PLR0913, PLR0917 - a compiled loop
     p: NDArray[np.float64],
     q: NDArray[np.float64],
@@ -146,7 +147,7 @@ def _row(  # noqa: PLR0913, PLR0917 - a compiled loop
     row[6], row[7], row[8] = mx, my, mz
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _summed_as(parameter: int) -> tuple[int, float]:
     """Which of the nine summed parameters one of the twelve is, and with which sign."""
     part, k = parameter // 3, parameter % 3
@@ -157,7 +158,7 @@ def _summed_as(parameter: int) -> tuple[int, float]:
     return 6 + k, 1.0 if part == 1 else -1.0
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def normal_equations(  # noqa: PLR0913, PLR0917 - a compiled loop
     p: NDArray[np.float64],
     q: NDArray[np.float64],

@@ -6,14 +6,18 @@ A row of the design has 6 terms of the axis (east, then north, by powers of heig
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
+
+TINY: Final = float(np.finfo(np.float64).tiny)
+"""A point on the axis itself has no direction, and no say."""
 
 AXIS_TERMS: Final = 6
 TERMS: Final = 8
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def knots_beside(
     z_m: NDArray[np.float64], knots_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -27,7 +31,7 @@ def knots_beside(
     return lower, share
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def residuals_off(
     points_m: NDArray[np.float64],
     height: NDArray[np.float64],
@@ -42,14 +46,14 @@ def residuals_off(
         h = height[i]
         east = points_m[i, 0] - (axis_m[0, 0] + h * axis_m[1, 0] + h * h * axis_m[2, 0])
         north = points_m[i, 1] - (axis_m[0, 1] + h * axis_m[1, 1] + h * h * axis_m[2, 1])
-        distance = np.sqrt(east * east + north * north)
+        distance = max(np.sqrt(east * east + north * north), TINY)
         k = lower[i]
         residuals[i] = distance - ((1.0 - share[i]) * radii_m[k] + share[i] * radii_m[k + 1])
         outward[i, 0], outward[i, 1] = east / distance, north / distance
     return residuals, outward
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _row(
     outward: NDArray[np.float64],
     i: int,
@@ -64,7 +68,7 @@ def _row(
     row[6], row[7] = share - 1.0, -share
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def design_sums(
     outward: NDArray[np.float64],
     height: NDArray[np.float64],
@@ -93,7 +97,7 @@ def design_sums(
     return matrix, vector
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def stepped(
     outward: NDArray[np.float64],
     height: NDArray[np.float64],
@@ -112,7 +116,7 @@ def stepped(
     return after
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def station_sums(  # noqa: PLR0913, PLR0917 - a compiled loop
     arms_m: NDArray[np.float64],
     normals: NDArray[np.float64],

@@ -3,8 +3,9 @@
 from typing import Final
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from tasks.geometry.compiled import compiled
 
 SUMS: Final = 10
 """Points, points used, weight, weighted residual, cosine, sine, height and foot, squared residuals used, robust weight."""
@@ -24,20 +25,20 @@ Seen = tuple[float, float, float, float, float]
 TINY: Final = float(np.finfo(np.float64).tiny)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _at(table: NDArray[np.float64], place: float) -> tuple[int, float]:
     row = min(max(int(place), 0), len(table) - 2)
     return row, place - row
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _between(table: NDArray[np.float64], row: int, share: float, column: int) -> float:
     low: float = table[row, column]
     high: float = table[row + 1, column]
     return low + share * (high - low)
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _seen_across(  # noqa: PLR0913, PLR0917 - a compiled loop
     de: float, dn: float, z: float, row: int, share: float, table: NDArray[np.float64], place: Place
 ) -> Ray:
@@ -53,7 +54,7 @@ def _seen_across(  # noqa: PLR0913, PLR0917 - a compiled loop
     return distance, de / left, dn / left, foot, row, share
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _off_circle(c: float, s: float, row: int, share: float, harmonics: NDArray[np.complex128]) -> float:
     """What the section is off the circle in the direction (c, s)."""
     off, tc, ts = 0.0, c, s
@@ -65,7 +66,7 @@ def _off_circle(c: float, s: float, row: int, share: float, harmonics: NDArray[n
     return off
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def _add(
     cell: NDArray[np.float64], moments: NDArray[np.float64], seen: Seen, sigma: float, cut: float
 ) -> None:
@@ -91,7 +92,7 @@ def _add(
     moments[2] += robust
 
 
-@njit(cache=True, nogil=True)
+@compiled
 def add_points(  # noqa: PLR0913, PLR0917 - a compiled loop
     points_m: NDArray[np.float64],
     station: NDArray[np.uint16],

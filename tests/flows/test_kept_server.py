@@ -176,11 +176,18 @@ def test_runs_one_after_the_other_use_one_server_also_behind_one_that_was_killed
 
 
 @pytest.fixture
-def no_server(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An environment in which no server is named, which is as before after the test."""
+def no_server() -> Iterator[None]:
+    """An environment in which no server is named; afterwards it is as before, and Prefect has read it again."""
+    before = dict(os.environ)
     for name in (ADDRESS, OWN_ADDRESS, "PREFECT_HOME", "PREFECT_API_AUTH_STRING"):
-        monkeypatch.setenv(name, "")  # so that what the test sets is undone
-        monkeypatch.delenv(name)
+        os.environ.pop(name, None)
+    yield
+    os.environ.clear()
+    os.environ.update(before)
+    if "prefect" in sys.modules:
+        from prefect.context import refresh_global_settings_context  # noqa: PLC0415 (slow to import)
+
+        refresh_global_settings_context()
 
 
 @pytest.mark.usefixtures("no_server")
