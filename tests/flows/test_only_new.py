@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import flows.monitor_campaign as monitor_campaign_module
+from flows.flow_run_states import server_in_use
 from flows.outcome import RunOutcome
 from flows.run_campaign import RunRequest, run_campaign
 from storage.publish import remove_epoch
@@ -80,7 +81,8 @@ def test_a_run_without_anything_to_process_does_all_else_without_the_engine(plac
 
 
 def test_a_run_after_one_that_was_killed_settles_it(place: Place) -> None:
-    record = record_of_this_process("20250101T000000Z-aaaaaa", STRUCTURE, "own")
+    # of the server that this process asks, whichever tests ran before; of another one it would wait for a run there
+    record = record_of_this_process("20250101T000000Z-aaaaaa", STRUCTURE, server_in_use())
     workspace = Workspace(place.workspace)
     write_record(workspace, replace(record, pid=2**22 + 1))
     assert stage_rows(place.run()) == []
