@@ -21,6 +21,17 @@ from tests.unit.registration.test_shaft_factor import HINT, seen_from, twisting_
 Equations = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
 
 
+def by_poses(
+    arms_m: NDArray[np.float64], normals: NDArray[np.float64], station: NDArray[np.intp], n: int
+) -> NDArray[np.float64]:
+    """Derivatives (m, 6 n) of the residuals by turns and shifts of the stations."""
+    design = np.zeros((len(arms_m), 6 * n))
+    for i in range(n):
+        own = station == i
+        design[own, 6 * i : 6 * i + 6] = np.hstack([np.cross(arms_m[own], normals[own]), normals[own]])
+    return design
+
+
 def in_full(shaft: ShaftPoints, poses: list[StationPose]) -> Equations:
     n, counts = len(poses), [len(own) for own in shaft.points_m]
     station = np.repeat(np.arange(n), counts)
@@ -51,11 +62,7 @@ def in_full(shaft: ShaftPoints, poses: list[StationPose]) -> Equations:
     bend = np.column_stack([powers[:, 0], 2.0 * height]) @ axis[1:] / (high - low)
     normals = np.column_stack([outward, -taper - np.einsum("ij,ij->i", outward, bend)])
     weights = FORM_BLOCKS / sigma**2 * tukey_weights(residual, sigma) * share
-    arms = points - np.array([pose.position_m for pose in poses])[station]
-    by_pose = np.zeros((len(points), 6 * n))
-    for i in range(n):
-        own = station == i
-        by_pose[own, 6 * i : 6 * i + 6] = np.hstack([np.cross(arms[own], normals[own]), normals[own]])
+    by_pose = by_poses(points - np.array([pose.position_m for pose in poses])[station], normals, station, n)
     nuisance = design.T @ (design * weights[:, None])
     nuisance += RIDGE * np.trace(nuisance) * np.eye(len(nuisance))
     mixed = by_pose.T @ (design * weights[:, None])
