@@ -201,6 +201,12 @@ def keep_alive(lease: Lease, keep_s: float) -> threading.Thread:
             except (NoServerError, OSError) as fault:
                 note(f"no workflow server any more: {fault}")
                 return
+            if present.record.url != lease.record.url:
+                # Prefect asks at the address that it began with
+                note(
+                    "another run has started one elsewhere; this run goes on without, run it again if it fails"
+                )
+                return
 
     context = copy_context()
     thread = threading.Thread(target=context.run, args=(follow,), name="workflow-server", daemon=True)

@@ -69,6 +69,14 @@ def _row(
 
 
 @compiled
+def mirror(matrix: NDArray[np.float64]) -> None:
+    """Fill the lower half of a symmetric matrix (q, q) from its upper one."""
+    for j in range(len(matrix)):
+        for k in range(j):
+            matrix[j, k] = matrix[k, j]
+
+
+@compiled
 def design_sums(
     outward: NDArray[np.float64],
     height: NDArray[np.float64],
@@ -91,9 +99,7 @@ def design_sums(
             vector[at] -= weighted * residuals_m[i]
             for k in range(j, TERMS):
                 matrix[at, k if k < AXIS_TERMS else lower[i] + k] += weighted * row[k]
-    for j in range(q):
-        for k in range(j):
-            matrix[j, k] = matrix[k, j]
+    mirror(matrix)
     return matrix, vector
 
 
@@ -149,7 +155,5 @@ def station_sums(  # noqa: PLR0913, PLR0917 - a compiled loop
                 own[j, k] += weighted * pose[k]
             for k in range(TERMS):
                 mixed[j, k if k < AXIS_TERMS else lower[i] + k] += weighted * row[k]
-    for j in range(6):
-        for k in range(j):
-            own[j, k] = own[k, j]
+    mirror(own)
     return own, mixed, vector
