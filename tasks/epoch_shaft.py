@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
 from tasks.level_check import LevelCheck, check_levels
-from tasks.placing import PlacedCloud, place
-from tasks.preprocessing import Removal, ShaftModel, ShaftOptions, StructurePrior, isolate_shaft
-from tasks.registration import Registration
+from tasks.placing import PlacedCloud, place_scans
+from tasks.preprocessing import Removal, ShaftModel, ShaftOptions, StructurePrior, isolate_scans
+from tasks.registration import Cloud, Registration
 from tasks.scan_units import explain_by_unit
 
 
@@ -31,19 +31,16 @@ class EpochShaft:
 
 
 def isolate_epoch(
-    scans_m: Sequence[NDArray[np.float64]],
+    scans_m: Sequence[Cloud],
     registration: Registration,
     prior: StructurePrior,
     options: ShaftOptions,
 ) -> EpochShaft | FitFailure:
-    """Place scans (n_i, 3), scanner frames, by their registration and isolate the shaft."""
-    placed = place(scans_m, registration.poses)
-    shaft = isolate_shaft(placed.points_m, prior, options)
+    """Place scans (n_i, 3), scanner frames, by their registration and isolate the shaft; scans are read piece by piece."""
+    shaft = isolate_scans(place_scans(scans_m, registration.poses), prior, options)
     if isinstance(shaft, FitFailure):
         return explain_by_unit(shaft, scans_m, registration.poses, prior, options)
-    # from the bottom up: what is near in height is near in memory, and slices need no sorting
-    rising = shaft.keep[np.argsort(placed.points_m[shaft.keep, 2], kind="stable")]
-    kept = PlacedCloud(placed.points_m[rising], placed.station_index[rising])
     sigmas = [diagnosis.sigma_level_rad for diagnosis in registration.diagnoses]
-    levels = check_levels(kept.points_m, kept.station_index, shaft.model, sigmas)
-    return EpochShaft(kept, shaft.model, shaft.removed, levels, len(placed.points_m))
+    levels = check_levels(shaft.points_m, shaft.scan_index, shaft.model, sigmas)
+    cloud = PlacedCloud(shaft.points_m, shaft.scan_index)
+    return EpochShaft(cloud, shaft.model, shaft.removed, levels, shaft.n_points_in)

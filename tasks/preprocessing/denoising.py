@@ -5,6 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from tasks.geometry.side_by_side import side_by_side
 from tasks.preprocessing.bands import split_bands
 
 CELL_SPACINGS: Final = 4.0
@@ -35,10 +36,14 @@ def find_isolated(
     if not len(up_m):
         return isolated
     sparse_m = SPARSER * _spacing_m(around_m, up_m)
-    for rows in split_bands(up_m, edges_m):
+
+    def judge(rows: NDArray[np.int64]) -> None:
         if len(rows):
-            cell_m = CELL_SPACINGS * min(_spacing_m(around_m[rows], up_m[rows]), sparse_m)
-            isolated[rows] = _neighbours(around_m[rows], up_m[rows], cell_m) < min_neighbours
+            around, up = around_m[rows], up_m[rows]
+            cell_m = CELL_SPACINGS * min(_spacing_m(around, up), sparse_m)
+            isolated[rows] = _neighbours(around, up, cell_m) < min_neighbours
+
+    side_by_side(judge, split_bands(up_m, edges_m))
     return isolated
 
 

@@ -26,7 +26,7 @@ from tasks.preprocessing.surface import (
     POINTS_PER_INDEPENDENT_ONE,
     SIGMA_FLOOR_M,
     STEP_DONE_SIGMAS,
-    SurfacePlace,
+    SurfaceDistance,
 )
 
 SHARE_OF_A_FACE: Final = 0.02
@@ -98,18 +98,27 @@ class _Step:
     variance_m2: NDArray[np.float64]
 
 
-def place_about_faces(surface: FaceSurface, points_m: NDArray[np.float64]) -> SurfacePlace:
-    """Place points (n, 3) about the faces; in chunks, to keep the memory small."""
-    place = SurfacePlace(*(np.empty(len(points_m)) for _ in range(3)))
+def distance_from_faces(surface: FaceSurface, points_m: NDArray[np.float64]) -> SurfaceDistance:
+    """Measure points (n, 3) from the nearest face; in chunks, to keep the memory small."""
+    distance = SurfaceDistance(np.empty(len(points_m)), np.empty(len(points_m)))
     half = surface.half_m.mean(axis=1)
     for start in range(0, len(points_m), CHUNK):
         rows = slice(start, start + CHUNK)
-        look = _look(surface, points_m[rows])
-        place.off_m[rows] = look.split.off
-        place.radius_m[rows] = np.interp(points_m[rows, 2], surface.knots_z_m, half)
-        # a side of constant length: the unrolled faces stand side by side
-        place.around_m[rows] = 2.0 * half.max() * look.split.face + look.split.along
-    return place
+        distance.off_m[rows] = _look(surface, points_m[rows]).split.off
+        distance.radius_m[rows] = np.interp(points_m[rows, 2], surface.knots_z_m, half)
+    return distance
+
+
+def unroll_faces(surface: FaceSurface, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Length (n,) along the unrolled faces at which points (n, 3) lie, metres; in chunks."""
+    around_m = np.empty(len(points_m))
+    # a side of constant length: the unrolled faces stand side by side
+    side_m = 2.0 * surface.half_m.mean(axis=1).max()
+    for start in range(0, len(points_m), CHUNK):
+        rows = slice(start, start + CHUNK)
+        split = _look(surface, points_m[rows]).split
+        around_m[rows] = side_m * split.face + split.along
+    return around_m
 
 
 def fit_faces_surface(

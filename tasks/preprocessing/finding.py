@@ -13,15 +13,16 @@ from tasks.preprocessing.bands import sample_bands
 from tasks.preprocessing.face_search import find_rough_faces
 from tasks.preprocessing.face_surface import (
     FaceSurface,
+    distance_from_faces,
     fit_faces_surface,
     model_of_faces,
-    place_about_faces,
+    unroll_faces,
 )
 from tasks.preprocessing.kinds import StructureKind
 from tasks.preprocessing.model import ShaftModel
 from tasks.preprocessing.prior import StructurePrior
 from tasks.preprocessing.search import find_rough_shaft
-from tasks.preprocessing.surface import TERMS, Surface, SurfacePlace, fit_surface, place_about
+from tasks.preprocessing.surface import TERMS, Surface, SurfaceDistance, distance_from, fit_surface, unroll
 
 POINTS_PER_BAND_FIT: Final = 1500
 """Points of a band that fit the surface: 1500 leave a centre good to a thirtieth of the noise."""
@@ -32,10 +33,11 @@ START_GATE_RADII: Final = 0.15
 
 @dataclass(frozen=True, slots=True)
 class FoundSurface:
-    """The model of a shaft, and how to place points (n, 3) about its surface."""
+    """The model of a shaft, and how points (n, 3) are measured from its surface and laid out on it (n,), metres."""
 
     model: ShaftModel
-    place: Callable[[NDArray[np.float64]], SurfacePlace]
+    distance: Callable[[NDArray[np.float64]], SurfaceDistance]
+    unroll: Callable[[NDArray[np.float64]], NDArray[np.float64]]
 
 
 def find_surface(
@@ -47,11 +49,13 @@ def find_surface(
         faces = _find_faces(near_m, prior, kind, rng)
         if isinstance(faces, FitFailure):
             return faces
-        return FoundSurface(model_of_faces(faces), partial(place_about_faces, faces))
+        return FoundSurface(
+            model_of_faces(faces), partial(distance_from_faces, faces), partial(unroll_faces, faces)
+        )
     surface = _find_round(near_m, prior, kind, rng)
     if isinstance(surface, FitFailure):
         return surface
-    return FoundSurface(_model(surface), partial(place_about, surface))
+    return FoundSurface(_model(surface), partial(distance_from, surface), partial(unroll, surface))
 
 
 def is_there(points_m: NDArray[np.float64], prior: StructurePrior, kind: StructureKind) -> bool:

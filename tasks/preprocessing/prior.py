@@ -51,13 +51,15 @@ class ShaftOptions:
     A point stays if its distance from the surface is within ``gate_sigmas`` times the robust noise plus
     ``gate_radius_fraction`` of the radius, on both sides alike, so that the gate moves no centre.
     It is isolated with fewer than ``min_neighbours`` others near it on the surface, and a duplicate if an
-    earlier point lies in the same cube of ``voxel_m``. ``seed`` makes the random search repeatable.
+    earlier point lies in the same cube of ``voxel_m``. Of many more than ``most_points`` on the surface one of every
+    so many stays. ``seed`` makes the random search repeatable.
     """
 
     voxel_m: float = 0.005
     gate_sigmas: float = 4.0
     gate_radius_fraction: float = 0.005
     min_neighbours: int = 3
+    most_points: int = 8_000_000
     seed: int = 20250314
 
     def __post_init__(self) -> None:

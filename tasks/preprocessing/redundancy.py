@@ -5,37 +5,59 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from storage.errors import ShapeError
 from tasks.geometry.side_by_side import side_by_side
 
 POINTS_OF_LAYER: Final = 1 << 19
 """Points looked at together: their table takes some 10 MB."""
 
+CHUNK: Final = 1 << 17
+"""Points that are put into layers in one go."""
 
-def find_duplicates(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.bool_]:
-    """Tell which of points (n, 3) share a cube of ``voxel_m`` with an earlier one.
+
+def find_duplicates(
+    points_m: NDArray[np.float64], among: NDArray[np.bool_], voxel_m: float
+) -> NDArray[np.bool_]:
+    """Tell which of points (n, 3) share a cube of ``voxel_m`` with an earlier one; only those ``among`` (n,) count.
 
     The first in the order of input stays, so the choice depends on no measured value.
+
+    Raises
+    ------
+    ShapeError
+        If there are more than 2,147,483,647 points.
     """
     from tasks.preprocessing.kernels import EMPTY, mark_first  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
 
+    later = among.copy()
+    if not among.any():
+        return later
+    low_m = np.array([column.min(where=among, initial=np.inf) for column in points_m.T])
     first = np.zeros(len(points_m), dtype=np.bool_)
-    if not len(points_m):
-        return first
-    low_m = points_m.min(axis=0)
 
-    def mark(rows: NDArray[np.int64]) -> None:
-        room = 1 << int(2 * len(rows)).bit_length()
-        mark_first(points_m, rows, low_m, voxel_m, np.full(room, EMPTY), first)
+    def mark(layer: NDArray[np.int32]) -> None:
+        room = 1 << int(2 * len(layer)).bit_length()
+        mark_first(points_m, layer, low_m, voxel_m, np.full(room, EMPTY, dtype=np.int32), first)
 
-    side_by_side(mark, _layers(points_m[:, 2], low_m[2], voxel_m))
-    return ~first
+    side_by_side(mark, _layers(points_m[:, 2], among, low_m[2], voxel_m))
+    later[first] = False
+    return later
 
 
-def _layers(z_m: NDArray[np.float64], low_m: float, voxel_m: float) -> list[NDArray[np.int64]]:
-    """Indices of the points of layers of whole cubes, each in the order of input."""
-    cube = np.floor((z_m - low_m) / voxel_m)
-    height = float(cube.max()) + 1.0
-    count = int(min(max(len(z_m) // POINTS_OF_LAYER, 1), height, np.iinfo(np.int16).max))
-    layer = (cube // np.ceil(height / count)).astype(np.int16)
-    order = np.argsort(layer, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(layer, minlength=count))[:-1])
+def _layers(
+    z_m: NDArray[np.float64], among: NDArray[np.bool_], low_m: float, voxel_m: float
+) -> list[NDArray[np.int32]]:
+    """Rows of the points ``among`` heights (n,) by layers of whole cubes, each in the order of input."""
+    if len(z_m) > np.iinfo(np.int32).max:
+        raise ShapeError(f"find_duplicates needs at most {np.iinfo(np.int32).max} points, got {len(z_m)}")
+    height = np.floor((z_m.max(where=among, initial=-np.inf) - low_m) / voxel_m) + 1.0
+    count = int(min(max(np.count_nonzero(among) // POINTS_OF_LAYER, 1), height, np.iinfo(np.int16).max))
+    cubes_of_layer = np.ceil(height / count)
+    layer = np.full(len(z_m), -1, dtype=np.int16)
+    for start in range(0, len(z_m), CHUNK):
+        rows = slice(start, start + CHUNK)
+        cube = np.floor((z_m[rows] - low_m) / voxel_m)
+        np.copyto(layer[rows], cube / cubes_of_layer, where=among[rows], casting="unsafe")
+    # -1, what does not count, comes first
+    order = np.argsort(layer, kind="stable").astype(np.int32)
+    return np.split(order, np.cumsum(np.bincount(layer + 1, minlength=count + 1))[:-1])[1:]

@@ -63,14 +63,10 @@ class Surface:
 
 
 @dataclass(frozen=True, slots=True)
-class SurfacePlace:
-    """Where points are about a surface, in metres.
-
-    Horizontal distance (n,) from it, positive outside; arc length (n,) around the axis; mean radius (n,) there.
-    """
+class SurfaceDistance:
+    """Horizontal distance (n,) of points from a surface, positive outside, and mean radius (n,) there, metres."""
 
     off_m: NDArray[np.float64]
-    around_m: NDArray[np.float64]
     radius_m: NDArray[np.float64]
 
 
@@ -85,22 +81,40 @@ class _Look:
     terms: NDArray[np.float64]
 
 
-def place_about(surface: Surface, points_m: NDArray[np.float64]) -> SurfacePlace:
-    """Place points (n, 3) about the surface; in chunks, side by side."""
-    from tasks.preprocessing.kernels import place_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+def distance_from(surface: Surface, points_m: NDArray[np.float64]) -> SurfaceDistance:
+    """Measure points (n, 3) from the surface; in chunks, side by side."""
+    from tasks.preprocessing.kernels import measure_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
 
-    off_m, around_m, radius_m = (np.empty(len(points_m)) for _ in range(3))
-    knots_m = surface.knots_z_m
-    low_m, step_m = float(knots_m[0]), float(knots_m[1] - knots_m[0])
+    off_m, radius_m = np.empty(len(points_m)), np.empty(len(points_m))
+    low_m, step_m = _even_knots(surface)
 
     def of_chunk(start: int) -> None:
         rows = slice(start, start + CHUNK)
-        place_points(
-            points_m[rows], low_m, step_m, surface.values_m, off_m[rows], around_m[rows], radius_m[rows]
-        )
+        measure_points(points_m[rows], low_m, step_m, surface.values_m, off_m[rows], radius_m[rows])
 
     side_by_side(of_chunk, range(0, len(points_m), CHUNK))
-    return SurfacePlace(off_m, around_m, radius_m)
+    return SurfaceDistance(off_m, radius_m)
+
+
+def unroll(surface: Surface, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Arc length (n,) around the axis at which points (n, 3) lie, metres; in chunks, side by side."""
+    from tasks.preprocessing.kernels import unroll_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    around_m = np.empty(len(points_m))
+    low_m, step_m = _even_knots(surface)
+
+    def of_chunk(start: int) -> None:
+        rows = slice(start, start + CHUNK)
+        unroll_points(points_m[rows], low_m, step_m, surface.values_m, around_m[rows])
+
+    side_by_side(of_chunk, range(0, len(points_m), CHUNK))
+    return around_m
+
+
+def _even_knots(surface: Surface) -> tuple[float, float]:
+    """Lowest knot and the step to the next, metres."""
+    low_m, next_m = surface.knots_z_m[:2]
+    return float(low_m), float(next_m - low_m)
 
 
 def fit_surface(start: Surface, points_m: NDArray[np.float64], gate_m: float) -> Surface | FitFailure:

@@ -7,7 +7,7 @@ from tasks.preprocessing.bands import sample_bands, split_bands
 from tasks.preprocessing.consensus import CircleSearch, find_circles
 from tasks.preprocessing.denoising import find_isolated
 from tasks.preprocessing.redundancy import find_duplicates
-from tasks.preprocessing.surface import TERMS, Surface, _look, place_about
+from tasks.preprocessing.surface import TERMS, Surface, _look, distance_from, unroll
 
 EDGES_M = np.linspace(0.0, 10.0, 6)
 SEARCH = CircleSearch((0.7, 1.4), 0.03)
@@ -17,6 +17,10 @@ def arc(rng: np.random.Generator, n: int, span_rad: float) -> np.ndarray:
     angle = rng.uniform(0.0, span_rad, n)
     radius = 1.0 + rng.normal(0.0, 0.005, n)
     return np.column_stack([3.0 + radius * np.cos(angle), 4.0 + radius * np.sin(angle)])
+
+
+def every(points: np.ndarray) -> np.ndarray:
+    return np.ones(len(points), dtype=np.bool_)
 
 
 def test_every_point_falls_in_one_band() -> None:
@@ -86,7 +90,12 @@ def test_no_points_hold_no_isolated_one() -> None:
 
 def test_the_first_point_of_a_voxel_stays() -> None:
     points = np.array([[0.0, 0.0, 0.0], [0.011, 0.0, 0.0], [0.004, 0.001, 0.0], [0.0, 0.0, 0.012]])
-    assert find_duplicates(points, 0.005).tolist() == [False, False, True, False]
+    assert find_duplicates(points, every(points), 0.005).tolist() == [
+        False,
+        False,
+        True,
+        False,
+    ]
 
 
 @pytest.mark.parametrize("spread_m", [1.0, 1e7])
@@ -94,7 +103,7 @@ def test_packed_and_plain_keys_choose_the_same_points(spread_m: float) -> None:
     # the wide cloud does not fit into packed keys; both hold each of 500 points four times
     rng = np.random.default_rng(9)
     points = np.tile(rng.uniform(0.0, spread_m, (500, 3)), (4, 1))
-    assert np.flatnonzero(~find_duplicates(points, 1e-4)).tolist() == list(range(500))
+    assert np.flatnonzero(~find_duplicates(points, every(points), 1e-4)).tolist() == list(range(500))
 
 
 @pytest.mark.parametrize("voxel_m", [0.003, 0.05, 0.4])
@@ -105,7 +114,22 @@ def test_the_first_points_of_cubes_are_those_of_a_plain_search(voxel_m: float) -
     sides = cubes.max(axis=0) + 1
     key = (cubes[:, 2] * sides[1] + cubes[:, 1]) * sides[0] + cubes[:, 0]
     plain = np.sort(np.unique(key, return_index=True)[1])
-    assert np.array_equal(np.flatnonzero(~find_duplicates(points, voxel_m)), plain)
+    assert np.array_equal(np.flatnonzero(~find_duplicates(points, every(points), voxel_m)), plain)
+
+
+def test_points_that_do_not_count_make_no_duplicate() -> None:
+    points = np.array([[0.0, 0.0, 0.0], [0.001, 0.0, 0.0], [0.002, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    among = np.array([False, True, True, True])
+    assert find_duplicates(points, among, 0.005).tolist() == [False, False, True, False]
+    assert not find_duplicates(points, np.zeros(4, dtype=np.bool_), 0.005).any()
+
+
+def test_duplicates_among_some_are_those_of_these_alone() -> None:
+    rng = np.random.default_rng(13)
+    points, among = rng.uniform(0.0, 3.0, (1_200_000, 3)), rng.random(1_200_000) < 0.9
+    alone = find_duplicates(points[among], every(points[among]), 0.02)
+    assert np.array_equal(find_duplicates(points, among, 0.02)[among], alone)
+    assert 0.1 < alone.mean() < 0.9
 
 
 def test_compiled_places_are_those_of_the_fit() -> None:
@@ -115,15 +139,15 @@ def test_compiled_places_are_those_of_the_fit() -> None:
     values_m[:, 2] += 3.0
     surface = Surface(knots_m, values_m, 0.003)
     points = np.column_stack([rng.uniform(-4.0, 4.0, (20_000, 2)), rng.uniform(0.0, 44.0, 20_000)])
-    place, look = place_about(surface, points), _look(surface, points)
-    assert place.off_m == pytest.approx(look.residual_m, abs=1e-12)
-    assert place.radius_m == pytest.approx(look.radius_m, rel=1e-14)
+    away, look = distance_from(surface, points), _look(surface, points)
+    assert away.off_m == pytest.approx(look.residual_m, abs=1e-12)
+    assert away.radius_m == pytest.approx(look.radius_m, rel=1e-14)
     arc_m = np.arctan2(look.terms[:, 1], look.terms[:, 0]) * look.radius_m
-    assert place.around_m == pytest.approx(arc_m, abs=1e-12)
+    assert unroll(surface, points) == pytest.approx(arc_m, abs=1e-12)
 
 
 def test_what_was_thinned_has_no_duplicates_left() -> None:
     points = np.random.default_rng(10).uniform(0.0, 0.1, (5_000, 3))
     kept = np.vstack([[0.0, 0.0, 0.0], points])  # the corner that fixes the cubes stays first
-    kept = kept[~find_duplicates(kept, 0.01)]
-    assert not find_duplicates(kept, 0.01).any()
+    kept = kept[~find_duplicates(kept, every(kept), 0.01)]
+    assert not find_duplicates(kept, every(kept), 0.01).any()
