@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from storage.artifacts import ArtifactRef, get_array, get_json, get_rows, put_array, put_json, put_rows
-from storage.clouds import StoredCloud, open_cloud
+from storage.artifacts import ArtifactRef, get_rows, put_array, put_json, put_rows
 from storage.errors import InputError
 from storage.places import workspace_at
 from storage.records import AccuracyRow, CoverageCell, SectionFit, SurfaceMapCell, TiltRow
@@ -27,17 +26,14 @@ from tasks.geometry.failure import FitFailure
 from tasks.ingest import ScanFacts, ScanRequest
 from tasks.lean import Lean, evidence_of
 from tasks.map_shapes import StraightAxis
-from tasks.methods import Method
+from tasks.methods import FACES, Method
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel, ShaftOptions, StructurePrior
 from tasks.produced import Json, Outcome
 from tasks.registration import (
     InstrumentSigmas,
-    Registration,
     ShaftHint,
     StableBox,
-    StableSurroundings,
-    StationScan,
     register_stations,
     registered_cloud,
     stable_surroundings,
@@ -48,11 +44,24 @@ from tasks.shaft_slices import ShaftCloud, slice_cloud
 from tasks.sight_noise import ScannerNoise, sight_sigmas
 from tasks.slice_evidence import sum_slices
 from tasks.slicing import SlicingScheme
+from tasks.stage_inputs import (
+    JsonRef,
+    array_of,
+    cloud_of,
+    json_of,
+    registration_of,
+    room_for_ingest,
+    room_for_isolation,
+    room_for_registration,
+    room_for_shaft,
+    shaft_cloud_of,
+    shaft_model_of,
+    stable_of,
+    station_scan_of,
+)
 from tasks.stored_scan import store_scan
 from tasks.surface_map import MapQuestion, map_surface
 from tasks.whole_surface import SurfaceQuestion, lean_of_surface, round_cut_named
-
-JsonRef = dict[str, Json]
 
 
 @stage("ingest")
@@ -62,7 +71,8 @@ def ingest_scan(
     """Read a scan file; why it is refused is said without its path, which another file of these bytes has not."""
     here = scan_at(_at(workspace), Path(path), digest, suffix)
     try:
-        scan = store_scan(_at(workspace), here, rebuild(ScanRequest, request))
+        with room_for_ingest(here, suffix):
+            scan = store_scan(_at(workspace), here, rebuild(ScanRequest, request))
     except InputError as fault:
         return FitFailure(str(lasting(fault)).removeprefix(f"{here}: "))
     facts: dict[str, Json] = {
@@ -90,9 +100,10 @@ def take_stable_surroundings(
     workspace: str, clouds: list[JsonRef], registration: JsonRef, boxes: list[dict[str, Json]]
 ) -> Outcome | FitFailure:
     """Take what does not move out of the scans of the reference epoch."""
-    scans = [_cloud(workspace, ref) for ref in clouds]
+    scans = [cloud_of(workspace, ref) for ref in clouds]
     named = [rebuild(StableBox, box) for box in boxes]
-    stable = stable_surroundings(scans, _registration(workspace, registration), named)
+    with room_for_registration(scans):
+        stable = stable_surroundings(scans, registration_of(workspace, registration), named)
     if isinstance(stable, FitFailure):
         return stable
     arrays = {field.name: getattr(stable, field.name) for field in fields(stable)}
@@ -109,13 +120,14 @@ def register_epoch(
     stable: dict[str, JsonRef] | None,
 ) -> Outcome | FitFailure:
     """Adjust the poses of all stations of an epoch jointly; stable surroundings hold them beside GNSS."""
-    scans = [_station_scan(workspace, station) for station in stations]
-    registration = register_stations(
-        scans,
-        rebuild(InstrumentSigmas, sigmas),
-        hint=rebuild(ShaftHint, shaft),
-        stable=None if stable is None else _stable(workspace, stable),
-    )
+    scans = [station_scan_of(workspace, station) for station in stations]
+    with room_for_registration([cloud_of(workspace, station["points"]) for station in stations]):
+        registration = register_stations(
+            scans,
+            rebuild(InstrumentSigmas, sigmas),
+            hint=rebuild(ShaftHint, shaft),
+            stable=None if stable is None else stable_of(workspace, stable),
+        )
     if isinstance(registration, FitFailure):
         return registration
     ref = put_json(_at(workspace), "registration", plain(registration))
@@ -138,16 +150,17 @@ def isolate_epoch_shaft(
     options: dict[str, Json],
 ) -> Outcome | FitFailure:
     """Place the scans and take the shaft out of its surroundings."""
-    scans = [_points(workspace, ref) for ref in clouds]
+    scans = [cloud_of(workspace, ref) for ref in clouds]
     known, how = rebuild(StructurePrior, prior), rebuild(ShaftOptions, options)
-    shaft = isolate_epoch(scans, _registration(workspace, registration), known, how)
-    if isinstance(shaft, FitFailure):
-        return shaft
-    refs = {
-        "points": put_array(_at(workspace), "shaft", shaft.cloud.points_m),
-        "stations": put_array(_at(workspace), "shaft-stations", shaft.cloud.station_index),
-        "model": put_json(_at(workspace), "shaft-model", plain(shaft.model)),
-    }
+    with room_for_isolation(scans, how.most_points):
+        shaft = isolate_epoch(scans, registration_of(workspace, registration), known, how)
+        if isinstance(shaft, FitFailure):
+            return shaft
+        refs = {
+            "points": put_array(_at(workspace), "shaft", shaft.cloud.points_m),
+            "stations": put_array(_at(workspace), "shaft-stations", shaft.cloud.station_index),
+            "model": put_json(_at(workspace), "shaft-model", plain(shaft.model)),
+        }
     facts: dict[str, Json] = {
         "removed": plain(shaft.removed),
         "n_points_used": len(shaft.cloud.points_m),
@@ -166,11 +179,12 @@ def rate_coverage(
     shaft_z_m: list[float],
 ) -> Outcome:
     """Count who saw which part of the shaft, and find where one more station would help most."""
-    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
-    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    known, stated = _registration(workspace, registration), rebuild(InstrumentSigmas, sigmas)
+    model = shaft_model_of(workspace, shaft["model"])
+    known, stated = registration_of(workspace, registration), rebuild(InstrumentSigmas, sigmas)
     low, high = shaft_z_m
-    quality = rate_quality(cloud, model, known, stated, (low, high))
+    with room_for_shaft(shaft, "coverage"):
+        cloud = shaft_cloud_of(workspace, shaft)
+        quality = rate_quality(cloud, model, known, stated, (low, high))
     ref = put_rows(_at(workspace), "coverage", CoverageCell, quality.cells)
     return Outcome({"coverage": ref}, {"outlook": plain(quality.outlook)}, len(cloud.points_m))
 
@@ -188,29 +202,27 @@ def slice_shaft(
 
     ``sights`` are the registration and the noise of the scanner where the sigma of every point counts.
     """
-    points_m = _array(workspace, shaft["points"])
-    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    sigma_m = None if sights is None else _sight_sigmas(workspace, points_m, shaft["stations"], model, sights)
-    cloud, how = ShaftCloud(points_m, model, sigma_m), rebuild(Method, method)
+    model, how = shaft_model_of(workspace, shaft["model"]), rebuild(Method, method)
     low, high = shaft_z_m
-    slices = slice_cloud(cloud, rebuild(SlicingScheme, scheme), how, (low, high))
-    sections = fit_slices(cloud, slices, how)
-    stations = _array(workspace, shaft["stations"])
-    sums = sum_slices(cloud, stations, shaft["n_stations"], slices, sections)
+    with room_for_shaft(shaft, "slicing"):
+        placed = shaft_cloud_of(workspace, shaft)
+        sigma_m = None if sights is None else _sight_sigmas(workspace, placed, model, sights)
+        cloud = ShaftCloud(placed.points_m, model, sigma_m)
+        slices = slice_cloud(cloud, rebuild(SlicingScheme, scheme), how, (low, high))
+        sections = fit_slices(cloud, slices, how)
+        sums = sum_slices(cloud, placed.station_index, shaft["n_stations"], slices, sections)
     refs = {
         "sections": put_rows(_at(workspace), "sections", SectionFit, sections),
         "stations": put_array(_at(workspace), "slice-stations", sums),
     }
-    return Outcome(refs, {}, len(points_m))
+    return Outcome(refs, {}, len(placed.points_m))
 
 
-def _sight_sigmas(
-    workspace: str, points_m: Any, stations: JsonRef, model: ShaftModel, sights: dict[str, Any]
-) -> Any:
-    poses = _registration(workspace, sights["registration"]).poses
+def _sight_sigmas(workspace: str, placed: PlacedCloud, model: ShaftModel, sights: dict[str, Any]) -> Any:
+    poses = registration_of(workspace, sights["registration"]).poses
     return sight_sigmas(
-        points_m,
-        _array(workspace, stations),
+        placed.points_m,
+        placed.station_index,
         np.array([pose.position_m for pose in poses]),
         model,
         rebuild(ScannerNoise, sights["noise"]),
@@ -228,8 +240,8 @@ def fit_scheme_axis(
 ) -> Outcome | FitFailure:
     """Fit the axis of one scheme and method, with the covariance of its lean vector."""
     rows = tuple(get_rows(_at(workspace), ArtifactRef.from_json(slices["sections"]), SectionFit))
-    evidence = evidence_of(_array(workspace, slices["stations"]), _registration(workspace, registration))
-    shaft = rebuild(ShaftModel, _json(workspace, model))
+    evidence = evidence_of(array_of(workspace, slices["stations"]), registration_of(workspace, registration))
+    shaft = shaft_model_of(workspace, model)
     lean = lean_of_slices(rows, rebuild(Method, method), evidence, shaft, round_cut_named(round_cut))
     if isinstance(lean, FitFailure):
         return lean
@@ -241,11 +253,11 @@ def fit_whole_surface(
     workspace: str, shaft: dict[str, JsonRef], registration: JsonRef, question: dict[str, Json]
 ) -> Outcome | FitFailure:
     """Fit axis and radius profile to all points of the shaft at once."""
-    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
-    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    found = lean_of_surface(
-        cloud, model, _registration(workspace, registration), rebuild(SurfaceQuestion, question)
-    )
+    model, known = shaft_model_of(workspace, shaft["model"]), registration_of(workspace, registration)
+    asked = rebuild(SurfaceQuestion, question)
+    with room_for_shaft(shaft, "the whole surface", by_faces=asked.model == FACES):
+        cloud = shaft_cloud_of(workspace, shaft)
+        found = lean_of_surface(cloud, model, known, asked)
     if isinstance(found, FitFailure):
         return found
     refs = {
@@ -260,11 +272,12 @@ def map_whole_surface(
     workspace: str, shaft: dict[str, JsonRef], registration: JsonRef, lean: JsonRef, question: dict[str, Json]
 ) -> Outcome | FitFailure:
     """Map what the surface of the shaft is off a straight shaft, and off its design."""
-    cloud = PlacedCloud(_array(workspace, shaft["points"]), _array(workspace, shaft["stations"]))
-    model = rebuild(ShaftModel, _json(workspace, shaft["model"]))
-    measured, known = rebuild(Lean, _json(workspace, lean)), _registration(workspace, registration)
+    model, known = shaft_model_of(workspace, shaft["model"]), registration_of(workspace, registration)
+    measured = rebuild(Lean, json_of(workspace, lean))
     axis = StraightAxis(measured.axis.point_m, measured.lean)
-    cells = map_surface(cloud, model, axis, known, rebuild(MapQuestion, question))
+    with room_for_shaft(shaft, "the surface map"):
+        cloud = shaft_cloud_of(workspace, shaft)
+        cells = map_surface(cloud, model, axis, known, rebuild(MapQuestion, question))
     if isinstance(cells, FitFailure):
         return cells
     return Outcome(
@@ -280,7 +293,7 @@ def evaluate_epoch(
 ) -> Outcome:
     """Make the rows of tilt and accuracy of an epoch from the leans of its schemes."""
     named = [
-        NamedLean(item["scheme"], item["method"], rebuild(Lean, _json(workspace, item["lean"])))
+        NamedLean(item["scheme"], item["method"], rebuild(Lean, json_of(workspace, item["lean"])))
         for item in leans
     ]
     done = evaluate(rebuild(Occasion, occasion), named, rebuild(Standard, standard))
@@ -293,39 +306,3 @@ def evaluate_epoch(
 
 def _at(workspace: str) -> Workspace:
     return workspace_at(workspace)
-
-
-def _array(workspace: str, ref: JsonRef) -> Any:
-    return get_array(_at(workspace), ArtifactRef.from_json(ref))
-
-
-def _cloud(workspace: str, ref: JsonRef) -> StoredCloud:
-    """Points of a scan, to be read in chunks."""
-    return open_cloud(_at(workspace), ArtifactRef.from_json(ref))
-
-
-def _points(workspace: str, ref: JsonRef) -> Any:
-    """All points (n, 3) of a scan, float64, metres."""
-    return open_cloud(_at(workspace), ArtifactRef.from_json(ref)).whole()
-
-
-def _json(workspace: str, ref: JsonRef) -> Any:
-    return get_json(_at(workspace), ArtifactRef.from_json(ref))
-
-
-def _registration(workspace: str, ref: JsonRef) -> Registration:
-    return rebuild(Registration, _json(workspace, ref))
-
-
-def _stable(workspace: str, refs: dict[str, JsonRef]) -> StableSurroundings:
-    return StableSurroundings(**{name: _array(workspace, ref) for name, ref in refs.items()})
-
-
-def _station_scan(workspace: str, station: dict[str, Any]) -> StationScan:
-    position_m = station["position_m"]
-    return StationScan(
-        station["station"],
-        _cloud(workspace, station["points"]),
-        None if position_m is None else np.array(position_m),
-        station["heading_rad"],
-    )

@@ -51,6 +51,13 @@ class Execution(Section):
         description="epochs that engine dask works on at once; where missing twice as many as its workers have threads and "
         "two, at most 32: an epoch has stages that nothing else of it can run beside",
     )
+    memory_gb: float | None = Field(
+        default=None,
+        ge=0.75,
+        le=100_000.0,
+        description="memory that a process may take for its stages, which wait for one another or are refused before they "
+        "take more; half of the machine's where missing [GB]",
+    )
     store: Annotated[str, AfterValidator(_bucket)] | None = Field(
         default=None,
         description="place on S3 for scans, artifacts and records, as s3://bucket/prefix; in the workspace where "

@@ -26,3 +26,10 @@ class Preprocessing(Section):
     min_neighbours: int = Field(
         default=3, ge=0, le=1000, description="points with fewer neighbours on the surface are stray [points]"
     )
+    most_points: int = Field(
+        default=8_000_000,
+        ge=100_000,
+        le=1_000_000_000,
+        description="of more points on the surface, duplicates counted, an even sample stays, one of 2, 3, ... of each "
+        "scan; memory and time of all later stages follow it, about 100 bytes a point [points]",
+    )

@@ -17,6 +17,11 @@ def test_stages_run_here_where_nothing_is_said(tmp_path: Path) -> None:
     assert (execution.engine, execution.address, execution.store) == ("local", None, None)
 
 
+def test_memory_may_be_bounded(tmp_path: Path) -> None:
+    assert executed(tmp_path).memory_gb is None
+    assert executed(tmp_path, "memory_gb = 1.5").memory_gb == 1.5
+
+
 def test_a_cluster_and_a_store_may_be_named(tmp_path: Path) -> None:
     address, store = 'address = "tcp://10.0.0.5:8786"', 'store = "s3://bucket/a/b/"'
     execution = executed(tmp_path, 'engine = "dask"', address, store, "epochs_at_once = 3")
@@ -41,6 +46,7 @@ def test_a_cluster_and_a_store_may_be_named(tmp_path: Path) -> None:
         (('store = "bucket/x"',), r"names no bucket; as \"s3://bucket/prefix\""),
         (('store = "s3://key:secret@bucket/x"',), r"names no bucket"),
         (("epochs_at_once = 0",), r"epochs_at_once"),
+        (("memory_gb = 0.1",), r"memory_gb"),
     ],
 )
 def test_what_cannot_be_meant_is_refused(tmp_path: Path, lines: tuple[str, ...], told: str) -> None:
