@@ -89,6 +89,29 @@ class StoredCloud:
         """Give all points (n, 3), metres, C order; 24 bytes a point."""
         return self.rows(0, self.n_points)
 
+    def taken(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Give the points (k, 3) at some indices (k,), metres: all are read, only these are made metres.
+
+        Raises
+        ------
+        ShapeError
+            If the indices do not ascend, or the cloud has no such points.
+        """
+        if len(rows) and not (rows[0] >= 0 and rows[-1] < self.n_points and (rows[1:] > rows[:-1]).all()):
+            raise ShapeError(
+                f"needs ascending indices from 0 to {self.n_points - 1}; got {rows[0]} to {rows[-1]}"
+            )
+        points_m = np.empty((len(rows), 3))
+        block = np.empty((min(CHUNK_POINTS, self.n_points), 3), self._dtype)
+        with _reading(self.path) as file:
+            for start in range(0, self.n_points, CHUNK_POINTS):
+                first, last = np.searchsorted(rows, (start, start + CHUNK_POINTS))
+                if first < last:
+                    piece = block[: self.n_points - start]
+                    self._read(file, start, piece)
+                    self._metres(piece.take(rows[first:last] - start, axis=0), points_m[first:last])
+        return points_m
+
     def sample(self, most: int) -> NDArray[np.float64]:
         """Give every k-th point from the first on, (m, 3), metres: the least k by which m is at most ``most``.
 

@@ -3,6 +3,7 @@
 from tasks.registration.cloud_motion import RigidMotion
 from tasks.registration.cloud_pair import register_pair
 from tasks.registration.cloud_result import PairRegistration
+from tasks.registration.even_sample import Cloud, sampled
 from tasks.registration.register import register_stations, registered_cloud
 from tasks.registration.stable import StableBox, StableSurroundings, stable_surroundings
 from tasks.registration.station import (
@@ -18,6 +19,7 @@ from tasks.registration.station import (
 )
 
 __all__ = [
+    "Cloud",
     "InstrumentSigmas",
     "PairDiagnosis",
     "PairRegistration",
@@ -34,5 +36,6 @@ __all__ = [
     "register_pair",
     "register_stations",
     "registered_cloud",
+    "sampled",
     "stable_surroundings",
 ]

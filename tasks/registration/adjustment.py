@@ -1,8 +1,9 @@
 """One adjustment of all stations of an epoch: scans against each other, GNSS, heading and level held."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import permutations, product
+from dataclasses import dataclass, field
+from itertools import chain, groupby, permutations, product
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -47,12 +48,14 @@ class Network:
     """What is adjusted: planes and a stated pose each station.
 
     ``stable`` are surroundings that hold the frame, ``shaft`` what the stations see of the structure; both may be missing.
+    ``partners`` is the memory of nearest planes, for these clouds alone: it goes with them from one adjustment to the next.
     """
 
     clouds: tuple[ScanPlanes, ...]
     stated: tuple[StatedPose, ...]
     stable: ScanPlanes | None = None
     shaft: ShaftPoints | None = None
+    partners: dict[Link, Partners] = field(default_factory=dict)
 
     @property
     def links(self) -> list[Link]:
@@ -104,10 +107,9 @@ def adjust(network: Network, start: Sequence[StationPose], gates: Gates) -> Adju
     """Gauss-Newton over all poses, with a gate that shrinks to 6 cm."""
     stated = np.concatenate([stated.information for stated in network.stated])
     poses, gate, iteration, converged = list(start), gates.first_m, 0, False
-    partners = _partners(network)
     while not converged and iteration < MAX_ITERATIONS:
         iteration += 1
-        matches = _match_all(network, partners, poses, gate)
+        matches = _match_all(network, poses, gate)
         prior = np.diag(_eased(stated, gate, gates.ease_to_m))
         data, right = _assemble(matches, poses)
         shaft = _shaft(network, poses)
@@ -176,23 +178,23 @@ def _pose_at(poses: Sequence[StationPose], index: int) -> StationPose:
     return fixed_pose() if index == STABLE else poses[index]
 
 
-def _partners(network: Network) -> dict[Link, Partners]:
-    """Give every link the memory of its nearest planes."""
-    return {
-        (i, j, layer): Partners(network.clouds[i].layers[layer], network.planes(j).layers[layer])
-        for i, j, layer in network.links
-    }
+def _match_all(network: Network, poses: Sequence[StationPose], gate_m: float) -> dict[Link, Matches]:
+    """Match every link, those of different sources side by side."""
+
+    def from_source(links: list[Link]) -> list[Matches]:
+        return [_match(network, link, poses, gate_m) for link in links]
+
+    by_source = [list(links) for _, links in groupby(network.links, key=itemgetter(0))]
+    found = side_by_side(from_source, by_source)
+    return dict(zip(chain(*by_source), chain(*found), strict=True))
 
 
-def _match_all(
-    network: Network, partners: dict[Link, Partners], poses: Sequence[StationPose], gate_m: float
-) -> dict[Link, Matches]:
-    def one(link: Link) -> Matches:
-        i, j, layer = link
-        source = network.clouds[i].layers[layer]
-        return match_partners(partners[link], source, poses[i], _pose_at(poses, j), gate_m)
-
-    return dict(zip(partners, side_by_side(one, partners), strict=True))
+def _match(network: Network, link: Link, poses: Sequence[StationPose], gate_m: float) -> Matches:
+    i, j, layer = link
+    source = network.clouds[i].layers[layer]
+    if link not in network.partners:
+        network.partners[link] = Partners(source, network.planes(j).layers[layer])
+    return match_partners(network.partners[link], source, poses[i], _pose_at(poses, j), gate_m)
 
 
 def _assemble(

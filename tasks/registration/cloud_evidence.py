@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from tasks.geometry.robust import TUKEY_1D, mad_sigma
 from tasks.registration.cloud_fit import MIN_MATCHES, Fitted, Matches, Sampled, fit, joined, match_both
@@ -116,6 +115,8 @@ def _seen(
 
 
 def _patches(pair: Sampled, motion: RigidMotion, both: Matches) -> NDArray[np.int64]:
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     seeds = motion.to_fixed(pair.moving.points[pair.moving.sample(BLOCKS)])
     return np.asarray(KDTree(seeds).query(both.moving)[1], dtype=np.int64)
 

@@ -5,7 +5,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from tasks.registration.cloud_motion import RigidMotion, typical_distance
 from tasks.registration.cloud_surface import Surface
@@ -91,6 +90,8 @@ def _histogram(cosines: NDArray[np.float64], there: NDArray[np.bool_]) -> NDArra
 
 def _pairs_on_pairs(fixed: Surface, moving: Surface) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Rotations (k, 3, 3) and translations (k, 3) that lay two points with normals on two like ones."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     radius = 8.0 * max(fixed.spacing, moving.spacing) / np.sqrt(2.0)
     ours, theirs = fixed.sample(POINTS), moving.sample(POINTS)
     mine, other = _descriptors(fixed, ours, radius), _descriptors(moving, theirs, radius)

@@ -1,11 +1,13 @@
 """A cloud as a sampled surface: normals, local spacing and noise, all in its own terms."""
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 NEIGHBOURS: Final = (10, 20, 40)
 """Sizes of a neighbourhood, tried in turn: scan lines need a wide one before it holds more than a line."""
@@ -33,7 +35,7 @@ class Surface:
     lengths: NDArray[np.float64]
     noise: float
     spacing: float
-    tree: KDTree
+    tree: "KDTree"
 
     def sample(self, n: int) -> NDArray[np.int64]:
         """At most ``n`` indices, taken evenly by area: neither the frame nor chance has a say."""
@@ -49,6 +51,8 @@ def surface_of(points: NDArray[np.float64]) -> Surface:
 
     Fewer than eleven points have no surface.
     """
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     if len(points) <= NEIGHBOURS[0]:
         return Surface(np.empty((0, 3)), np.empty((0, 3)), np.empty(0), 0.0, 0.0, KDTree(np.empty((0, 3))))
     distance, index = KDTree(points).query(points, k=min(NEIGHBOURS[-1] + 1, len(points)))

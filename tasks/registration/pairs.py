@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.robust import mad_sigma
-from tasks.registration.match_kernel import good_matches, normal_equations
 from tasks.registration.partners import Partners
 from tasks.registration.planar import PlanarCloud
 from tasks.registration.station import StationPose
@@ -22,26 +21,33 @@ poses scatter about their truth as their covariance says (8 and 3 stations, 60,0
 
 @dataclass(frozen=True, slots=True)
 class PlacedPlanes:
-    """Points (m, 3), unit normals (m, 3) and tilts of the normals (m, 2, 3), all in the site frame."""
+    """Points (m, 3) and unit normals (m, 3) in the site frame, of planes ``index`` (m,) of a cloud that ``pose`` placed."""
 
     points_m: NDArray[np.float64]
     normals: NDArray[np.float64]
-    tilts: NDArray[np.float64]
+    cloud: PlanarCloud
+    index: NDArray[np.int64]
+    pose: StationPose
+
+    @property
+    def tilts(self) -> NDArray[np.float64]:
+        """Tilts of the normals (m, 2, 3), in the site frame."""
+        own = self.cloud.tilts[self.index]
+        return np.asarray((own.reshape(-1, 3) @ self.pose.rotation.T).reshape(-1, 2, 3))
 
 
 @dataclass(frozen=True, slots=True)
 class Matches:
-    """Planes of the source and those of the target that they lie in, one for one, and their distances (m,)."""
+    """Planes of the source and those of the target that they lie in, one for one, and their distances (m,).
+
+    ``sigma_m`` is the robust scale of the distances, not below 6 mm; None with too few matches.
+    """
 
     source: PlacedPlanes
     target: PlacedPlanes
     residuals_m: NDArray[np.float64]
     n_queries: int
-
-    @property
-    def sigma_m(self) -> float | None:
-        """Robust scale of the residuals, not below 6 mm; None with too few matches."""
-        return None if len(self.residuals_m) < MIN_MATCHES else max(mad_sigma(self.residuals_m), MIN_SIGMA_M)
+    sigma_m: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +85,8 @@ def match_partners(
     ----------
     Rusinkiewicz 2019, A symmetric objective function for ICP, ACM Trans. Graph. 38.
     """
+    from tasks.registration.match_kernel import good_matches  # noqa: PLC0415 (slow to import)
+
     target = partners.target
     # searched in the target's own frame, so that its tree is built once; the gate holds along the normal, because
     # the nearest target point lies up to its spacing away within the same plane
@@ -94,16 +102,12 @@ def match_partners(
         (reach_m, gate_m, NORMAL_COSINE),
     )
     return Matches(
-        PlacedPlanes(placed_m[good], own, _turned(source.tilts[partners.asked[good]], source_pose)),
-        PlacedPlanes(places, planes, _turned(target.tilts[nearest[good]], target_pose)),
+        PlacedPlanes(placed_m[good], own, source, partners.asked[good], source_pose),
+        PlacedPlanes(places, planes, target, nearest[good], target_pose),
         residuals,
         len(placed_m),
+        None if len(residuals) < MIN_MATCHES else max(mad_sigma(residuals), MIN_SIGMA_M),
     )
-
-
-def _turned(tilts: NDArray[np.float64], pose: StationPose) -> NDArray[np.float64]:
-    """Tilts (m, 2, 3) of a scan in the site frame."""
-    return np.asarray((tilts.reshape(-1, 3) @ pose.rotation.T).reshape(-1, 2, 3))
 
 
 def pair_equations(matches: Matches, source_pose: StationPose, target_pose: StationPose) -> PairEquations:
@@ -127,11 +131,9 @@ def feigned_information(
         return np.zeros((12, 12))
     total = np.zeros((12, 12))
     still = np.zeros_like(matches.source.normals)
+    own, other = matches.source.tilts, matches.target.tilts
     for k in range(2):
-        for tilts in (
-            (matches.source.tilts[:, k], still),
-            (still, matches.target.tilts[:, k]),
-        ):
+        for tilts in ((own[:, k], still), (still, other[:, k])):
             total += _summed(matches, tilts, (source_pose, target_pose), weight).matrix
     return total
 
@@ -143,6 +145,8 @@ def _summed(
     weight: NDArray[np.float64],
 ) -> PairEquations:
     """Equations for given normals (m, 3) of source and target, in which the derivatives are linear."""
+    from tasks.registration.match_kernel import normal_equations  # noqa: PLC0415 (slow to import)
+
     matrix, vector = normal_equations(
         matches.source.points_m,
         matches.target.points_m,

@@ -5,7 +5,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.registration.match_kernel import into_target, unsettled
 from tasks.registration.planar import PlanarCloud
 from tasks.registration.station import StationPose
 
@@ -40,6 +39,8 @@ class Partners:
         self, pose: StationPose, target_pose: StationPose, reach_m: float
     ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.float64]]:
         """Points (q, 3) in the site frame, nearest planes (q,) of the target, distances (q,), infinite beyond reach."""
+        from tasks.registration.match_kernel import into_target, unsettled  # noqa: PLC0415 (slow to import)
+
         placed_m, local_m = into_target(self.points_m, _frame(pose), _frame(target_pose))
         anew, distance = unsettled(
             local_m, self._searched_m, self._partner, self._others_m, self.target.points_m, reach_m

@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from tasks.geometry.neighbours import spread_of_neighbours
 from tasks.geometry.side_by_side import side_by_side
 from tasks.geometry.voxels import first_in_voxel
 from tasks.registration.even_sample import Cloud, sampled
+
+if TYPE_CHECKING:
+    from scipy.spatial import KDTree
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ class PlanarCloud:
     points_m: NDArray[np.float64]
     normals: NDArray[np.float64]
     tilts: NDArray[np.float64]
-    tree: KDTree
+    tree: "KDTree"
     reach_m: float
 
 
@@ -99,6 +101,8 @@ def _thin(points_m: NDArray[np.float64], scale: PlaneScale) -> NDArray[np.float6
 
 def chosen(cloud: PlanarCloud, keep: NDArray[np.bool_]) -> PlanarCloud:
     """Some of the planes."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     points = cloud.points_m[keep]
     return PlanarCloud(points, cloud.normals[keep], cloud.tilts[keep], KDTree(points), cloud.reach_m)
 
@@ -107,6 +111,8 @@ def _planes(
     thin: NDArray[np.float64], scale: PlaneScale, lying: float = -1.0
 ) -> tuple[PlanarCloud, NDArray[np.float64]]:
     """Planes among thinned points (n, 3) with more than a share of up in the normal, and the points (m, 3) of no plane."""
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     if len(thin) < MIN_NEIGHBOURS:
         none = np.empty((0, 3))
         return PlanarCloud(none, none, np.empty((0, 2, 3)), KDTree(none), scale.reach_m), thin

@@ -15,14 +15,6 @@ from numpy.typing import NDArray
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.robust import mad_sigma, tukey_weights
 from tasks.registration.planar import ScanPlanes
-from tasks.registration.shaft_kernel import (
-    AXIS_TERMS,
-    design_sums,
-    knots_beside,
-    residuals_off,
-    station_sums,
-    stepped,
-)
 from tasks.registration.sighting import UPRIGHT
 from tasks.registration.station import ShaftHint, StationPose
 
@@ -104,6 +96,8 @@ class _Fit:
 
 def _fit(points_m: NDArray[np.float64], station: NDArray[np.int64], n: int, shaft: ShaftPoints) -> _Fit:
     """Fit a bent axis and a radius at each height to the points of all stations, every station counting the same."""
+    from tasks.registration.shaft_kernel import design_sums, knots_beside, residuals_off, stepped  # noqa: PLC0415 (slow to import)
+
     low, high = shaft.seen.shaft_z_m
     middle = (low + high) / 2.0
     height = (points_m[:, 2] - middle) / (high - low)
@@ -136,6 +130,8 @@ def _ridged(normal: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _eliminate(fit: _Fit, begins: NDArray[np.int64], poses: Sequence[StationPose]) -> ShaftEquations:
     """Normal equations of the poses alone; the points of station i start at ``begins[i]``."""
+    from tasks.registration.shaft_kernel import AXIS_TERMS, design_sums, station_sums  # noqa: PLC0415 (slow to import)
+
     n, q = len(poses), AXIS_TERMS + KNOTS
     own, mixed, vector = np.zeros((SIX * n, SIX * n)), np.zeros((SIX * n, q)), np.zeros(SIX * n)
     for i, pose in enumerate(poses):

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
 from tasks.conventions import rotation_site_scanner
 from tasks.registration.sighting import Sighting
@@ -41,6 +40,8 @@ def locate_structure(
     scans: Sequence[StationScan], sightings: tuple[Sighting | None, ...], hint: ShaftHint
 ) -> Sights:
     """Find the place that most sightings agree on: by direction where a heading is stated, else by distance alone."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
+
     base = np.asarray(hint.base_xy_m, dtype=np.float64)
     seen = [
         (scan, sighting)

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.failure import FitFailure
@@ -113,5 +112,7 @@ def _inside(cloud: PlanarCloud, pose: StationPose, boxes: Sequence[StableBox], i
 
 
 def _layer(surroundings: StableSurroundings, keep: NDArray[np.bool_], reach_m: float) -> PlanarCloud:
+    from scipy.spatial import KDTree  # noqa: PLC0415 (slow to import)
+
     points = surroundings.points_m[keep]
     return PlanarCloud(points, surroundings.normals[keep], surroundings.tilts[keep], KDTree(points), reach_m)

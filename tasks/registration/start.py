@@ -13,6 +13,7 @@ import numpy as np
 
 from tasks.conventions import rotation_site_scanner
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.side_by_side import side_by_side
 from tasks.registration.lost import Neighbours, place_lost
 from tasks.registration.planar import ScanPlanes
 from tasks.registration.sighting import Sighting, sight_shaft, walls
@@ -210,7 +211,8 @@ def _search(
 def _sight(scans: Sequence[StationScan], planes: Sequence[ScanPlanes], hint: ShaftHint) -> Sights:
     heights = [float(scan.position_m[2]) for scan in scans if scan.position_m is not None]
     usual_m = float(np.median(heights)) if heights else 0.0
-    sightings = tuple(_sight_one(scan, own, hint, usual_m) for scan, own in zip(scans, planes, strict=True))
+    pairs = list(zip(scans, planes, strict=True))
+    sightings = tuple(side_by_side(lambda pair: _sight_one(*pair, hint, usual_m), pairs))
     scales = [sighting.radius_scale for sighting in sightings if sighting is not None]
     scale = float(np.median(scales)) if scales else 1.0
     wide = replace(hint, radius_m=(scale * hint.radius_m[0], scale * hint.radius_m[1]))

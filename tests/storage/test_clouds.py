@@ -73,6 +73,24 @@ def test_rows_that_are_not_there_are_a_fault_of_the_caller(ws: Workspace, start:
         stored(ws).rows(start, stop)
 
 
+@pytest.mark.parametrize("most", [0, 1, 700, 20_000])
+def test_points_that_are_taken_are_those_of_the_whole(
+    ws: Workspace, grid: IntegerGrid, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clouds, "CHUNK_POINTS", 777)
+    rows = np.sort(np.random.default_rng(7).choice(20_000, most, replace=False))
+    cloud = stored(ws, grid)
+    np.testing.assert_array_equal(cloud.taken(rows), cloud.whole()[rows], strict=True)
+    plain = open_cloud(ws, put_array(ws, "scan", cloud.whole()))
+    np.testing.assert_array_equal(plain.taken(rows), cloud.whole()[rows], strict=True)
+
+
+@pytest.mark.parametrize("rows", [[-1, 3], [3, 3], [5, 2], [7, 20_000]])
+def test_points_that_are_not_there_cannot_be_taken(ws: Workspace, rows: list[int]) -> None:
+    with pytest.raises(ShapeError, match="needs ascending indices from 0 to 19999"):
+        stored(ws).taken(np.array(rows))
+
+
 @pytest.mark.parametrize("most", [1, 2, 38, 39, 40, 1000, 19_999, 20_000, 30_000])
 def test_a_sample_is_every_so_many_points_and_no_more_than_asked(
     ws: Workspace, most: int, monkeypatch: pytest.MonkeyPatch

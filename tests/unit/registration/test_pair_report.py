@@ -23,6 +23,21 @@ def adjusted(yard: Courtyard) -> Adjusted:
     return adjust(Network(tuple(planes), stated), [one.pose for one in stated], Gates(0.12, 0.0))
 
 
+def test_partners_from_an_adjustment_before_change_nothing(yard: Courtyard) -> None:
+    planes = scan_planes([scan.points_m for scan in yard.scans])
+    stated = tuple(stated_pose(scan, true, SIGMAS) for scan, true in zip(yard.scans, yard.truth, strict=True))
+    start, used = [one.pose for one in stated], Network(tuple(planes), stated)
+    adjust(used, start, Gates(1.2, 1.2))
+    assert len(used.partners) == len(used.links)
+    again, anew = (
+        adjust(used, start, Gates(0.12, 0.0)),
+        adjust(Network(tuple(planes), stated), start, Gates(0.12, 0.0)),
+    )
+    assert again.iterations == anew.iterations
+    assert np.array_equal(again.data_matrix, anew.data_matrix)
+    assert np.array_equal(again.poses[0].rotation, anew.poses[0].rotation)
+
+
 def falsified(adjusted: Adjusted, i: int, j: int) -> Adjusted:
     """What the pair would see if the first stood aside against the second."""
     matches = dict(adjusted.matches)

@@ -10,10 +10,11 @@ from scipy.spatial import KDTree
 
 from storage.errors import ShapeError
 from tasks.geometry.eigen_kernel import eigen_of
+from tasks.geometry.even_choice import even_sample
 from tasks.geometry.neighbours import spread_of_neighbours
 from tasks.geometry.voxels import first_in_voxel
 from tasks.registration import planar
-from tasks.registration.even_sample import even_sample, sampled
+from tasks.registration.even_sample import sampled
 from tasks.registration.planar import (
     COARSE,
     FINE,
@@ -134,6 +135,34 @@ def test_of_more_neighbours_than_asked_the_nearest_count() -> None:
     )
 
 
+def test_of_neighbours_equally_far_the_first_count() -> None:
+    # on a lattice of 64 steps a metre every distance is exact, and many are equal
+    rng = np.random.default_rng(3)
+    points = np.unique(rng.integers(0, 128, (6000, 3)), axis=0)[rng.permutation(5900)] / 64.0
+    at = np.arange(0, len(points), 11)
+    spread = spread_of_neighbours(points, at, 0.25, (MIN_NEIGHBOURS, NEIGHBOURS))
+    squared = np.sum((points[at, None, :] - points) ** 2, axis=2)
+    nearest = np.argsort(squared, axis=1, kind="stable")[:, :NEIGHBOURS]
+    assert np.count_nonzero(np.sum(squared < 0.25**2, axis=1) > NEIGHBOURS) > 50
+    for row, values, count in zip(np.flatnonzero(spread.enough), spread.values, spread.count, strict=True):
+        near = points[[k for k in nearest[row] if squared[row, k] < 0.25**2]]
+        off = near - near.mean(axis=0)
+        assert len(near) == count
+        assert values == pytest.approx(np.linalg.eigvalsh(off.T @ off), abs=1e-14)
+
+
+def test_neighbours_across_a_cloud_of_very_many_cubes_are_those_of_a_search_tree() -> None:
+    rng = np.random.default_rng(4)
+    heaps = rng.uniform(-1e5, 1e5, (300, 1, 3)) * (1.0, 1.0, 0.1)
+    points = (heaps + rng.normal(scale=0.3, size=(300, 40, 3))).reshape(-1, 3)[rng.permutation(12_000)]
+    at = np.arange(0, len(points), 5)
+    spread = spread_of_neighbours(points, at, 0.5, (MIN_NEIGHBOURS, NEIGHBOURS))
+    counts, values, _ = spread_by_tree(points, at, 0.5)
+    assert np.array_equal(spread.count, counts[counts >= MIN_NEIGHBOURS])
+    # coordinates of 100 km end at 1e-11 m
+    assert spread.values == pytest.approx(values[spread.enough], rel=1e-7)
+
+
 def test_eigenvalues_of_flat_round_and_equal_spreads_are_those_of_lapack() -> None:
     rng = np.random.default_rng(5)
     turns = np.linalg.qr(rng.normal(size=(200, 3, 3))).Q
@@ -166,6 +195,35 @@ def test_a_sample_is_as_large_as_allowed_and_in_order(n: int) -> None:
     assert len(kept) == min(n, 1000)
     assert np.all(np.diff(kept) > 0)
     assert np.all((kept >= 0) & (kept < n))
+
+
+def rows_by_hash(n: int, most: int) -> NDArray[np.int64]:
+    """One of each row by splitmix64, all rows at once."""
+    edges = np.arange(most + 1, dtype=np.int64) * n // most
+    mixed = np.arange(1, most + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    for shift, factor in ((30, 0xBF58476D1CE4E5B9), (27, 0x94D049BB133111EB)):
+        mixed = (mixed ^ (mixed >> np.uint64(shift))) * np.uint64(factor)
+    mixed ^= mixed >> np.uint64(31)
+    return edges[:-1] + (mixed % np.diff(edges).astype(np.uint64)).astype(np.int64)
+
+
+@pytest.mark.parametrize(("n", "most"), [(10_001, 10_000), (123_457, 1000), (12_470_831, 20_000)])
+def test_the_loop_draws_what_whole_arrays_draw(n: int, most: int) -> None:
+    assert np.array_equal(even_sample(n, most), rows_by_hash(n, most))
+
+
+@dataclass(frozen=True)
+class ByIndex(InPieces):
+    """A cloud of which the store makes metres of some points alone."""
+
+    def taken(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+        return self.points_m[rows]
+
+
+@pytest.mark.parametrize("most", [4000, 10_000, 20_000])
+def test_what_is_taken_by_index_is_sampled_as_a_whole(most: int) -> None:
+    points = np.random.default_rng(1).normal(size=(10_000, 3))
+    assert np.array_equal(sampled(ByIndex(points), most), sampled(points, most))
 
 
 @pytest.mark.parametrize("most", [4000, 10_000, 20_000])
