@@ -4,27 +4,21 @@ The key of a stage is its name, the code it reaches and its inputs by digest.
 
 Prefect calls a task cached when a result record lies under the task's key. Its own policies either
 forget the task (INPUTS alone collides between tasks), forget the code below the task (TASK_SOURCE), or
-trust a record whose artifacts are damaged. This policy does none of it (docs/decisions/0003).
+trust a record whose artifacts are damaged. This key does none of it (docs/decisions/0003).
 """
 
 import hashlib
-import importlib
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from typing import Any, Final
 
-from prefect import Task
-from prefect.cache_policies import CachePolicy
-from prefect.context import TaskRunContext
-from prefect.serializers import JSONSerializer
-
 from storage.artifacts import is_whole
 from storage.errors import InputError
-from storage.places import store_of, workspace_at
+from storage.places import store_of
 from storage.workspace import Workspace
 from tasks.code_version import code_version
 from tasks.geometry.failure import FitFailure
@@ -34,26 +28,7 @@ WHERE: Final = ("workspace", "path")
 """Arguments that say where things lie, not what they are: they do not count in a key."""
 
 
-@dataclass
-class StageKey(CachePolicy):
-    """Key = stage, code version, inputs without places; a record with damaged artifacts is set aside."""
-
-    stage: str = ""
-
-    def compute_key(
-        self,
-        task_ctx: TaskRunContext,
-        inputs: dict[str, Any],
-        flow_parameters: dict[str, Any],  # noqa: ARG002 - the signature is Prefect's
-        **kwargs: Any,  # noqa: ARG002
-    ) -> str:
-        """Compute the key and make sure that no damaged record lies under it."""
-        key = stage_key(self.stage, task_ctx.task.fn, inputs)
-        set_aside_if_damaged(workspace_at(inputs["workspace"]), key)
-        return key
-
-
-def stage_key(stage: str, function: Callable[..., object], inputs: dict[str, Any]) -> str:
+def stage_key(stage: str, function: Callable[..., object], inputs: Mapping[str, Any]) -> str:
     """Key under which the outcome of ``function`` on ``inputs`` is kept.
 
     Raises
@@ -67,11 +42,17 @@ def stage_key(stage: str, function: Callable[..., object], inputs: dict[str, Any
     return f"{stage}-{hashlib.sha256(canonical.encode()).hexdigest()}"
 
 
+def on_record(workspace: Workspace, key: str) -> Produced | None:
+    """What was produced under a key; None where there is no record, or it or one of its artifacts is not whole."""
+    record = store_of(workspace).get(record_name(key))
+    return None if record is None else _sound(workspace, record)
+
+
 def set_aside_if_damaged(workspace: Workspace, key: str) -> None:
     """Rename the record under ``key`` to .bad if it is torn, or if one of its artifacts is not whole."""
     store = store_of(workspace)
     record = store.get(record_name(key))
-    if record is not None and not _is_sound(workspace, record):
+    if record is not None and _sound(workspace, record) is None:
         store.put(f"{record_name(key)}.bad", record)
         store.remove(record_name(key))
 
@@ -81,44 +62,33 @@ def record_name(key: str) -> str:
     return f"records/{key}"
 
 
-def _is_sound(workspace: Workspace, record: bytes) -> bool:
+def _sound(workspace: Workspace, record: bytes) -> Produced | None:
     try:
         produced = record_result(record)
     except ValueError:
-        return False
-    return all(is_whole(workspace, ref) for ref in produced.artifacts.values())
+        return None
+    return produced if all(is_whole(workspace, ref) for ref in produced.artifacts.values()) else None
 
 
 StageBody = Callable[..., Outcome | FitFailure]
 
 
-class Stage(Task[..., Any]):
-    """A cached task; to a worker it is sent by its name, and the worker runs the code that it has itself."""
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """A cached stage: its name, and what carries it out on plain JSON arguments and gives plain JSON.
 
-    def __reduce__(self) -> tuple[Callable[[str, str, bool], "Stage"], tuple[str, str, bool]]:
-        """Name the module and the variable that hold it.
+    Whether and where that is done is for flows; Prefect's task of a stage is made there.
+    """
 
-        Sent by value, its code would be a new function with every call, whose version must be found anew.
-        """
-        return stage_named, (self.fn.__module__, self.fn.__qualname__, bool(self.refresh_cache))
-
-
-def stage_named(module: str, name: str, refresh: bool) -> Stage:
-    """Find a stage by the module and the variable that hold it."""
-    found: Stage = getattr(importlib.import_module(module), name)
-    return anew(found) if refresh else found
-
-
-def anew(stage: Task[..., Any]) -> Stage:
-    """Make the same stage, but computed whatever is stored; its record is replaced."""
-    return _made(stage.fn, stage.name, refresh_cache=True)
+    name: str
+    fn: Callable[..., dict[str, Json]]
 
 
 def stage(name: str) -> Callable[[StageBody], Stage]:
-    """Make a cached Prefect task of a function on plain JSON arguments.
+    """Make a cached stage of a function on plain JSON arguments.
 
     Bad input and data that cannot be fitted become a refusal in the record: they are results, and are
-    cached as such. Anything else that is raised is a fault and fails the task; so does a refusal behind which
+    cached as such. Anything else that is raised is a fault and fails the stage; so does a refusal behind which
     the system is, because it is not to be cached.
     """
 
@@ -127,22 +97,9 @@ def stage(name: str) -> Callable[[StageBody], Stage]:
         def run(*args: Any, **kwargs: Any) -> dict[str, Json]:
             return _carry_out(body, *args, **kwargs).to_json()
 
-        return _made(run, name)
+        return Stage(name, run)
 
     return decorate
-
-
-def _made(run: Callable[..., Any], name: str, *, refresh_cache: bool | None = None) -> Stage:
-    return Stage(
-        run,
-        name=name,
-        cache_policy=StageKey(stage=name),
-        persist_result=True,
-        # no object hooks: a record may hold plain JSON and nothing that is imported on reading
-        result_serializer=JSONSerializer(object_encoder=None, object_decoder=None),
-        cache_result_in_memory=False,
-        refresh_cache=refresh_cache,
-    )
 
 
 def _carry_out(body: StageBody, *args: Any, **kwargs: Any) -> Produced:
@@ -190,6 +147,6 @@ class Identity:
     code_version: str
 
 
-def identity_of(called: Task[..., Any], inputs: dict[str, Any]) -> Identity:
+def identity_of(called: Stage, inputs: Mapping[str, Any]) -> Identity:
     """Tell the key and the code version of a stage for these inputs, without running it."""
     return Identity(stage_key(called.name, called.fn, inputs), code_version(called.fn))

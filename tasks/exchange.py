@@ -7,6 +7,7 @@ Of several dataclasses that a field may hold, the names of their fields tell whi
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from enum import StrEnum
+from functools import cache
 from types import NoneType, UnionType
 from typing import Any, Final, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
@@ -51,11 +52,17 @@ def rebuild(kind: type[T], value: object) -> T:
     """
     if not isinstance(value, Mapping):
         raise TypeError(f"{kind.__name__} needs an object, got {type(value).__name__}")
+    hints = _hints_of(cast("Any", kind))
+    if hints.keys() != set(value):
+        raise TypeError(f"{kind.__name__} needs {sorted(hints)}, got {sorted(value)}")
+    return kind(**{name: _of_hint(hint, value[name]) for name, hint in hints.items()})
+
+
+@cache
+def _hints_of(kind: type) -> Mapping[str, Any]:
+    """Type of every field; to find them takes longer than to build the dataclass."""
     hints = get_type_hints(kind)
-    names = {field.name for field in fields(cast("Any", kind))}
-    if names != set(value):
-        raise TypeError(f"{kind.__name__} needs {sorted(names)}, got {sorted(value)}")
-    return kind(**{name: _of_hint(hints[name], value[name]) for name in names})
+    return {field.name: hints[field.name] for field in fields(cast("Any", kind))}
 
 
 def _of_hint(hint: Any, value: object) -> object:

@@ -11,7 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.geometry.robust import MAD_TO_SIGMA, tukey_weights
+from tasks.geometry.robust import MAD_TO_SIGMA, TUKEY_1D
+from tasks.geometry.side_by_side import side_by_side
 from tasks.preprocessing import ShaftModel
 
 LEAST_POINTS: Final = 500
@@ -77,10 +78,12 @@ def check_levels(
         return (NOT_CHECKED,) * n
     # the common shaft follows each station by its share: what is left of its own level is smaller
     own = np.sqrt((n - 1) / n)
-    return tuple(
-        _check_one(points_m[_evenly(np.flatnonzero(station_index == i))], model, own * sigma)
-        for i, sigma in enumerate(level_sigmas_rad)
-    )
+    rows = _rows_evenly(station_index, n)
+
+    def check(station: int) -> LevelCheck:
+        return _check_one(points_m[rows[station]], model, own * level_sigmas_rad[station])
+
+    return tuple(side_by_side(check, range(n)))
 
 
 def worst_suspect(checks: Sequence[LevelCheck]) -> int | None:
@@ -93,11 +96,18 @@ def worst_suspect(checks: Sequence[LevelCheck]) -> int | None:
     return worst if chi2 and chi2[worst] > SUSPECT_CHI2 else None
 
 
-def _evenly(rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """At most ``MOST_POINTS`` of rows (n,)."""
-    if len(rows) <= MOST_POINTS:
-        return rows
-    return np.asarray(rows[np.linspace(0, len(rows) - 1, MOST_POINTS).astype(np.intp)])
+def _rows_evenly(station_index: NDArray[np.uint16], n_stations: int) -> list[NDArray[np.int64]]:
+    """Rows of at most ``MOST_POINTS`` points of every station."""
+    from tasks.level_kernel import count_stations, take_places  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    places = [
+        np.arange(n) if n <= MOST_POINTS else np.linspace(0, n - 1, MOST_POINTS).astype(np.int64)
+        for n in count_stations(station_index, n_stations)
+    ]
+    ends = np.cumsum([0, *(len(of_station) for of_station in places)])
+    rows = np.empty(ends[-1], dtype=np.int64)
+    take_places(station_index, np.concatenate(places), ends, rows)
+    return np.split(rows, ends[1:-1])
 
 
 def _check_one(points_m: NDArray[np.float64], model: ShaftModel, level_sigma_rad: float) -> LevelCheck:
@@ -154,11 +164,12 @@ class _RobustFit:
 
 def _robust_fit(design: NDArray[np.float64], residual: NDArray[np.float64]) -> _RobustFit:
     """Fit by Tukey's weights."""
+    from tasks.level_kernel import weigh_rows  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     error = residual - np.median(residual)
     for _ in range(REWEIGHTINGS):
         sigma = max(float(MAD_TO_SIGMA * np.median(np.abs(error))), 1e-9)
-        weight = tukey_weights(error, sigma)
-        normal = design.T @ (design * weight[:, None])
-        solution = np.linalg.solve(normal, design.T @ (weight * residual))
+        normal, right = weigh_rows(design, residual, error, TUKEY_1D * sigma)
+        solution = np.linalg.solve(normal, right)
         error = residual - design @ solution
     return _RobustFit(np.asarray(solution), np.asarray(np.linalg.inv(normal) * sigma**2), sigma)

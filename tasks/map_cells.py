@@ -1,5 +1,6 @@
 """The pieces of a map of the surface: which points belong to which, and their robust means."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
@@ -8,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import ShapeError
-from tasks.geometry.robust import mad_sigma, tukey_weights
+from tasks.geometry.robust import MAD_TO_SIGMA, TUKEY_1D, mad_sigma
 
 BAND_M: Final = 2.5
 """Height of a band, where that makes neither too few nor too many of them."""
@@ -27,6 +28,10 @@ STEPS: Final = 4
 
 SMALLEST_SIGMA_M: Final = 1e-9
 """Scale of noise-free points: a zero would give no weights."""
+
+
+CHUNK: Final = 1 << 17
+"""Points looked at at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,13 +65,6 @@ class MapGrid:
         """Middle (c,) of the sector of every piece, degrees."""
         return np.tile(SECTOR_DEG * (np.arange(SECTORS) + 0.5), self.n_bands)
 
-    def cells_of(self, z_m: NDArray[np.float64], ray_m: NDArray[np.float64]) -> NDArray[np.intp]:
-        """Pieces (n,) of points within the bands, from their heights (n,) and where they are from the axis (n, 2)."""
-        band = np.searchsorted(self.z_edges_m, z_m, side="right") - 1
-        turns = np.arctan2(ray_m[:, 0], ray_m[:, 1]) / (2.0 * np.pi)
-        sector = np.floor(turns * SECTORS).astype(np.intp) % SECTORS
-        return np.asarray(np.clip(band, 0, self.n_bands - 1) * SECTORS + sector)
-
 
 def map_grid(shaft_z_m: tuple[float, float]) -> MapGrid:
     """Even bands over a shaft, of about ``BAND_M``: ``FEWEST_BANDS`` to ``MOST_BANDS``.
@@ -83,6 +81,29 @@ def map_grid(shaft_z_m: tuple[float, float]) -> MapGrid:
     return MapGrid(np.linspace(low, high, n_bands + 1))
 
 
+OfRows = Callable[[slice], NDArray[np.float64]]
+"""Values of the points of some rows: looked at in chunks, so that nothing that is made of them on the way is kept."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellPoints:
+    """Which points (n,) belong to which piece, and how many points (c, s) of every piece each station has."""
+
+    cell: NDArray[np.uint16]
+    counts: NDArray[np.int64]
+
+    @property
+    def n_points(self) -> NDArray[np.int64]:
+        """Points (c,) of every piece."""
+        return np.asarray(self.counts.sum(axis=1))
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Share (c, s) of every station in the points of every piece."""
+        table = self.counts.astype(np.float64)
+        return np.asarray(table / np.maximum(table.sum(axis=1, keepdims=True), 1.0))
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class CellMeans:
     """Robust means of the points of pieces.
@@ -91,76 +112,74 @@ class CellMeans:
     ----------
     n_points : (c,) array
         Points of every piece.
-    weight : (n,) array
-        Robust weight of every point in the mean of its piece.
     mean : (c,) array
         Of a piece without points it means nothing.
     sigma : (c,) array or None
         Standard deviation of the means, the points taken as independent; None where there are too few points
         to tell their scatter.
+    about, reach : (c,) arrays
+        The last weights: Tukey's biweight of what values are off ``about``, up to ``reach``, which may be infinite.
     """
 
-    n_points: NDArray[np.intp]
-    weight: NDArray[np.float64]
+    n_points: NDArray[np.int64]
     mean: NDArray[np.float64]
     sigma: NDArray[np.float64] | None
+    about: NDArray[np.float64]
+    reach: NDArray[np.float64]
 
-    def mean_of(self, values: NDArray[np.float64], cell: NDArray[np.intp]) -> NDArray[np.float64]:
-        """Means (c,) of other values (n,) of the same points in pieces (n,), with the same weights."""
-        total = np.bincount(cell, self.weight, minlength=len(self.n_points))
-        summed = np.bincount(cell, self.weight * values, minlength=len(self.n_points))
-        return np.asarray(summed / np.where(total > 0.0, total, 1.0))
+    def mean_of(self, others: OfRows, values: OfRows, cell: NDArray[np.uint16]) -> NDArray[np.float64]:
+        """Means (c,) of other values of the same points in pieces (n,), with the weights of the values."""
+        from tasks.map_kernel import add_weighted  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+        sums = np.zeros((len(self.n_points), 2))
+        for rows in chunks_of(len(cell)):
+            add_weighted(values(rows), others(rows), cell[rows], self.about, self.reach, sums)
+        return np.asarray(sums[:, 1] / np.where(sums[:, 0] > 0.0, sums[:, 0], 1.0))
 
 
-def robust_means(values: NDArray[np.float64], cell: NDArray[np.intp], n_cells: int) -> CellMeans:
-    """Average values (n,) by piece (n,) with Tukey's weights about the median of each piece.
+def chunks_of(n: int) -> Iterator[slice]:
+    """Rows of n points that are looked at at once."""
+    for start in range(0, n, CHUNK):
+        yield slice(start, min(start + CHUNK, n))
+
+
+def robust_means(values: OfRows, cell: NDArray[np.uint16], n_points: NDArray[np.int64]) -> CellMeans:
+    """Average values of points by piece (n,) with Tukey's weights about the median of each piece.
 
     A piece with few points cannot tell its own strays: its scale is the median of those of the pieces with more, or, where
     no piece has enough, that of the differences within all of them. With a handful of points in all, means are plain.
     """
-    order = np.argsort(cell, kind="stable")
-    n_points = np.bincount(cell, minlength=n_cells)
+    from tasks.map_kernel import find_scales, weigh_means  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     ends = np.concatenate([[0], np.cumsum(n_points)])
-    rows_of = {int(c): order[ends[c] : ends[c + 1]] for c in np.flatnonzero(n_points)}
+    together = _together(values, cell, ends)
     own = n_points >= LEAST_FOR_SCALE
-    scale = np.zeros(n_cells)
-    for number in np.flatnonzero(own):
-        of_cell = values[rows_of[int(number)]]
-        scale[number] = max(mad_sigma(of_cell - np.median(of_cell)), SMALLEST_SIGMA_M)
-    usual = float(np.median(scale[own])) if own.any() else _scale_of_pairs(values[order], cell[order])
-    scale[~own] = usual
-    weight, mean, sigma = np.empty(len(values)), np.zeros(n_cells), usual / np.sqrt(np.maximum(n_points, 1))
-    for place, rows in rows_of.items():
-        weight[rows], mean[place] = _robust_mean(values[rows], float(scale[place]))
-        if own[place]:
-            sigma[place] = _sigma_of_mean(values[rows] - mean[place], weight[rows])
-    return CellMeans(n_points, weight, mean, sigma if np.isfinite(usual) else None)
+    about, mean = np.zeros(len(n_points)), np.zeros(len(n_points))
+    scale = np.maximum(MAD_TO_SIGMA * find_scales(together, ends, LEAST_FOR_SCALE, about), SMALLEST_SIGMA_M)
+    usual = float(np.median(scale[own])) if own.any() else _scale_of_pairs(together, ends)
+    reach = TUKEY_1D * np.where(own, scale, usual)
+    influence, slope = weigh_means(together, ends, reach, STEPS, about, mean).T
+    sigma = usual / np.sqrt(np.maximum(n_points, 1))
+    # influence over its slope (Huber 1981), of n - 1 free points
+    n = n_points[own]
+    sigma[own] = np.sqrt(influence[own] * n / (n - 1)) / slope[own]
+    return CellMeans(n_points, mean, sigma if np.isfinite(usual) else None, about, reach)
 
 
-def _scale_of_pairs(values: NDArray[np.float64], cell: NDArray[np.intp]) -> float:
-    """Scale of values (n,), sorted by piece, from neighbours within a piece; infinite with too few of them."""
-    apart = np.diff(values)[np.diff(cell) == 0]
+def _together(values: OfRows, cell: NDArray[np.uint16], ends: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Values (n,) piece after piece."""
+    from tasks.map_kernel import put_together  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    together, places = np.empty(len(cell)), ends[:-1].copy()
+    for rows in chunks_of(len(cell)):
+        put_together(values(rows), cell[rows], places, together)
+    return together
+
+
+def _scale_of_pairs(together: NDArray[np.float64], ends: NDArray[np.int64]) -> float:
+    """Scale of values (n,), piece after piece, from neighbours within a piece; infinite with too few of them."""
+    of_two = np.isin(np.arange(1, len(together)), ends)
+    apart = np.diff(together)[~of_two]
     if len(apart) < LEAST_FOR_SCALE:
         return np.inf
     return max(mad_sigma(apart) / float(np.sqrt(2.0)), SMALLEST_SIGMA_M)
-
-
-def _robust_mean(values: NDArray[np.float64], scale: float) -> tuple[NDArray[np.float64], float]:
-    """Weights (n,) and mean of the values of a piece; an infinite scale makes all alike."""
-    mean = float(np.median(values))
-    for _ in range(STEPS):
-        weight = tukey_weights(values - mean, scale)
-        if not weight.any():
-            # two or three points that contradict each other
-            weight = np.ones(len(values))
-        mean = float(weight @ values / weight.sum())
-    return weight, mean
-
-
-def _sigma_of_mean(residuals: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
-    """Standard deviation of a weighted mean: influence over its slope (Huber 1981), of n - 1 free points."""
-    n = len(residuals)
-    root = np.sqrt(weight)
-    # with u^2 = 1 - root the derivative of Tukey's influence is (1 - u^2) (1 - 5 u^2)
-    slope = float(np.sum(root * (5.0 * root - 4.0)))
-    return float(np.sqrt(np.sum((weight * residuals) ** 2) * n / (n - 1)) / slope)

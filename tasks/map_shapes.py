@@ -1,7 +1,6 @@
 """The shapes that a map of the surface is measured from: the best-fit straight shaft, and the designed one."""
 
 from dataclasses import dataclass, replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,6 @@ from storage.errors import ShapeError
 from tasks.geometry.faces import normals_of, split_by_face
 from tasks.preprocessing import ShaftModel
 from tasks.whole_surface import RoundCut
-
-CHUNK: Final = 1 << 17
-"""Points looked at at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,22 +109,19 @@ def _going_on(
 
 def distances_m(points_m: NDArray[np.float64], shaft: ShaftModel, sections: RoundCut) -> NDArray[np.float64]:
     """Distance (n,) of points (n, 3) from a straight shaft, positive outward, metres."""
-    across = shaft.is_round and sections == "perpendicular"
+    if not shaft.is_round:
+        return shaft.off_surface_m(points_m)
+    from tasks.map_kernel import off_round  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     off_m = np.empty(len(points_m))
-    for start in range(0, len(points_m), CHUNK):
-        rows = slice(start, start + CHUNK)
-        off_m[rows] = _off_across_m(points_m[rows], shaft) if across else shaft.off_surface_m(points_m[rows])
+    radii = (np.array(shaft.radius_z_m), np.array(shaft.radius_m))
+    off_round(points_m, straight_line(shaft), *radii, sections == "perpendicular", off_m)
     return off_m
 
 
-def _off_across_m(points_m: NDArray[np.float64], shaft: ShaftModel) -> NDArray[np.float64]:
-    """Distance (n,) from a shaft whose sections across the axis are round, metres."""
-    direction = np.array([shaft.lean_east, shaft.lean_north, 1.0])
-    direction /= np.linalg.norm(direction)
-    away = points_m - np.array([shaft.base_east_m, shaft.base_north_m, 0.0])
-    along = away @ direction
-    distance = np.linalg.norm(away - np.outer(along, direction), axis=1)
-    return np.asarray(distance - shaft.radius_at(along * direction[2]))
+def straight_line(shaft: ShaftModel) -> tuple[float, float, float, float]:
+    """East and north of the straight axis at z = 0, and its lean vector."""
+    return shaft.base_east_m, shaft.base_north_m, shaft.lean_east, shaft.lean_north
 
 
 def skin_of(z_m: NDArray[np.float64], azimuth_deg: NDArray[np.float64], shaft: ShaftModel) -> Skin:

@@ -3,10 +3,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from storage.records import CoverageCell, CoverageRow, EpochRow, PairRow, SurfaceMapCell, SurfaceMapRow
+from storage.records import (
+    CoverageCell,
+    CoverageRow,
+    EpochRow,
+    PairRow,
+    RemovalRow,
+    SurfaceMapCell,
+    SurfaceMapRow,
+)
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_quality import Outlook
 from tasks.epoch_tables import Home
+from tasks.preprocessing import KEPT, NOT_NEEDED, REASONS
 from tasks.registration import PairDiagnosis, Registration
 
 
@@ -67,3 +76,15 @@ def _pair_row(home: Home, pair: PairDiagnosis) -> PairRow:
         closure_m=pair.closure_m,
         closure_arcsec=None if pair.closure_rad is None else pair.closure_rad / ARCSEC_RAD,
     )
+
+
+def told_of_thinning(removals: Sequence[RemovalRow], most_points: int) -> list[str]:
+    """Say in a line that not all points on the shaft are used, where it is so."""
+    counts = {row.reason: row.n_points for row in removals}
+    left_out, used = counts.get(NOT_NEEDED, 0), counts.get(REASONS[KEPT], 0)
+    if not left_out:
+        return []
+    return [
+        f"of some {left_out + used:,} points on the shaft an even sample of {used:,} is used "
+        f"([preprocessing] most_points = {most_points})"
+    ]

@@ -1,5 +1,6 @@
 """Which points of a shaft belong to which slice, under every scheme: at fixed heights, or following the points."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -11,12 +12,13 @@ from tasks.preprocessing import ShaftModel
 from tasks.slicing import (
     AdaptiveCut,
     RingPoints,
+    Rows,
     SlicingScheme,
     ThicknessLimit,
     adaptive_slices,
-    cut_between,
-    cut_slices,
     linear_limit,
+    rows_between_edges,
+    rows_of_slices,
     slice_heights,
 )
 
@@ -39,11 +41,11 @@ class ShaftCloud:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slice:
-    """A slice: mid-height and thickness in metres, and the indices (n,) of its points."""
+    """A slice: mid-height and thickness in metres, and which points are its own."""
 
     z_m: float
     thickness_m: float
-    rows: NDArray[np.intp]
+    rows: Rows
 
 
 def slice_cloud(
@@ -56,49 +58,43 @@ def slice_cloud(
     if scheme.adaptive is not None:
         return _following(cloud, scheme.adaptive, method, shaft_z_m)
     heights_m = slice_heights(scheme, shaft_z_m)
-    cut = cut_slices(cloud.points_m[:, 2], heights_m, method.thickness_m)
+    cut = rows_of_slices(cloud.points_m[:, 2], heights_m, method.thickness_m)
     return [Slice(float(z), method.thickness_m, rows) for z, rows in zip(heights_m, cut, strict=True)]
 
 
 def _following(
     cloud: ShaftCloud, cut: AdaptiveCut, method: Method, shaft_z_m: tuple[float, float]
 ) -> list[Slice]:
-    sigma_m = _point_sigmas(cloud)
-    points = RingPoints(
-        z_m=cloud.points_m[:, 2],
-        azimuth_rad=_azimuths(cloud.points_m, cloud.model),
-        sigma_m=sigma_m,
-        weights=sigma_m**-2.0 if weighs_sights(method) else None,
-    )
     limit = _thickness_limit(cloud.model, cut)
-    edges_m = adaptive_slices(points, cut, shaft_z_m, limit).edges_m
+    edges_m = adaptive_slices(_ring_points(cloud, method), cut, shaft_z_m, limit).edges_m
     middles_m, thickness_m = (edges_m[1:] + edges_m[:-1]) / 2, np.diff(edges_m)
-    rows = cut_between(points.z_m, edges_m)
+    rows = rows_between_edges(cloud.points_m[:, 2], edges_m)
     return [
         Slice(float(z), float(h), points_of)
         for z, h, points_of in zip(middles_m, thickness_m, rows, strict=True)
     ]
 
 
-def _point_sigmas(cloud: ShaftCloud) -> NDArray[np.float64]:
-    """Standard deviations (n,) of the points as they scatter, metres.
+def _ring_points(cloud: ShaftCloud, method: Method) -> Iterator[RingPoints]:
+    """The points as a circle sees them, in chunks, with standard deviations as they scatter.
 
     What instrument and line of sight give says how they differ; how large they are is what was measured of the shaft.
     """
-    measured_m = cloud.model.noise_sigma_m
-    if cloud.sigma_m is None:
-        return np.full(len(cloud.points_m), measured_m)
-    return np.asarray(cloud.sigma_m * (measured_m / float(np.median(cloud.sigma_m))))
-
-
-def _azimuths(points_m: NDArray[np.float64], model: ShaftModel) -> NDArray[np.float64]:
-    """Azimuths (n,) of points about the rough axis, radians."""
-    azimuth_rad = np.empty(len(points_m))
-    for start in range(0, len(points_m), CHUNK):
+    measured_m, known_m = cloud.model.noise_sigma_m, cloud.sigma_m
+    usual_m = 1.0 if known_m is None else float(np.median(known_m))
+    for start in range(0, len(cloud.points_m), CHUNK):
         rows = slice(start, start + CHUNK)
-        out = points_m[rows, :2] - model.axis_at(points_m[rows, 2])
-        azimuth_rad[rows] = np.arctan2(out[:, 0], out[:, 1])
-    return azimuth_rad
+        points_m = cloud.points_m[rows]
+        out = points_m[:, :2] - cloud.model.axis_at(points_m[:, 2])
+        sigma_m = (
+            np.full(len(points_m), measured_m) if known_m is None else known_m[rows] * (measured_m / usual_m)
+        )
+        yield RingPoints(
+            z_m=points_m[:, 2],
+            azimuth_rad=np.arctan2(out[:, 0], out[:, 1]),
+            sigma_m=sigma_m,
+            weights=sigma_m**-2.0 if weighs_sights(method) else None,
+        )
 
 
 def _thickness_limit(model: ShaftModel, cut: AdaptiveCut) -> ThicknessLimit:

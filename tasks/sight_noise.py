@@ -18,9 +18,6 @@ STATED_AT_M: Final = 100.0
 LEAST_PART: Final = 0.5
 """Range noise is in proportion to the range, but never below this part of what is stated."""
 
-CHUNK: Final = 65_536
-"""Points that are worked on at once: what is made of them on the way stays in the processor's cache."""
-
 
 @dataclass(frozen=True, slots=True)
 class ScannerNoise:
@@ -67,11 +64,14 @@ def sight_sigmas(
         If shapes disagree, or a station index is out of range.
     """
     _check(points_m, station_index, positions_m)
+    from tasks.sight_kernel import add_sights  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     sigma_m = np.empty(len(points_m))
-    axis = _axis_of(model)
-    for start in range(0, len(points_m), CHUNK):
-        rows = slice(start, start + CHUNK)
-        sigma_m[rows] = _sigmas(points_m[rows], positions_m[station_index[rows]], axis, noise)
+    knots_z_m = np.array(model.radius_z_m)
+    axis = np.vstack([model.axis_at(knots_z_m).T, model.radius_at(knots_z_m)])
+    slopes = np.diff(axis, axis=1) / np.diff(knots_z_m)
+    scanner = (noise.range_sigma_m, STATED_AT_M, LEAST_PART, noise.angle_sigma_rad, noise.roughness_m)
+    add_sights(points_m, station_index, positions_m, knots_z_m, axis, slopes, scanner, sigma_m)
     return sigma_m
 
 
@@ -88,47 +88,3 @@ def _check(
         raise ShapeError(
             f"sight_sigmas needs station indices below {len(positions_m)}; got {station_index.max()}"
         )
-
-
-@dataclass(frozen=True, slots=True)
-class _Axis:
-    """The axis of a shaft between its knots: ``values`` (3, k) are east, north and radius there, metres."""
-
-    knots_z_m: NDArray[np.float64]
-    values: NDArray[np.float64]
-
-    @property
-    def slopes(self) -> NDArray[np.float64]:
-        """Lean east, lean north and taper (3, k - 1) between the knots."""
-        return np.asarray(np.diff(self.values, axis=1) / np.diff(self.knots_z_m))
-
-
-def _axis_of(model: ShaftModel) -> _Axis:
-    knots = np.array(model.radius_z_m)
-    return _Axis(knots, np.vstack([model.axis_at(knots).T, model.radius_at(knots)]))
-
-
-def _sigmas(
-    points_m: NDArray[np.float64],
-    scanners_m: NDArray[np.float64],
-    axis: _Axis,
-    noise: ScannerNoise,
-) -> NDArray[np.float64]:
-    """Sigmas (n,) of points (n, 3) seen from (n, 3)."""
-    east, north, up = points_m.T
-    knot = np.clip(np.searchsorted(axis.knots_z_m, up, side="right") - 1, 0, len(axis.knots_z_m) - 2)
-    lean_east, lean_north, taper = axis.slopes[:, knot]
-    above = up - axis.knots_z_m[knot]
-    out_east = east - axis.values[0, knot] - above * lean_east
-    out_north = north - axis.values[1, knot] - above * lean_north
-    # a point on the axis itself has no normal: 0 / tiny makes it level, and its sigma that of a grazing sight
-    out = np.maximum(np.hypot(out_east, out_north), np.finfo(float).tiny)
-    # gradient of |p - c(z)| - R(z): the outward normal of a leaning, tapering shaft, not yet of length one
-    rising = -(out_east * lean_east + out_north * lean_north) / out - taper
-    sight_east, sight_north, sight_up = (points_m - scanners_m).T
-    distance_2 = sight_east**2 + sight_north**2 + sight_up**2
-    along = (out_east * sight_east + out_north * sight_north) / out + rising * sight_up
-    cos_2 = np.minimum(along**2 / ((1.0 + rising**2) * distance_2), 1.0)
-    range_2 = noise.range_sigma_m**2 * np.maximum(distance_2 / STATED_AT_M**2, LEAST_PART**2)
-    across_2 = noise.angle_sigma_rad**2 * distance_2
-    return np.asarray(np.sqrt(range_2 * cos_2 + across_2 * (1.0 - cos_2) + noise.roughness_m**2))

@@ -6,11 +6,21 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from storage.errors import ShapeError
 from storage.records import SurfaceMapCell
 from tasks.geometry.failure import FitFailure
-from tasks.map_cells import SECTORS, CellMeans, MapGrid, map_grid, robust_means
+from tasks.geometry.rows_between import rows_between
+from tasks.map_cells import SECTORS, CellMeans, CellPoints, MapGrid, OfRows, map_grid, robust_means
 from tasks.map_poses import PlacingSpread, SeenPieces, placing_spread
-from tasks.map_shapes import DesignedShape, StraightAxis, designed_shaft, distances_m, skin_of, straight_shaft
+from tasks.map_shapes import (
+    DesignedShape,
+    StraightAxis,
+    designed_shaft,
+    distances_m,
+    skin_of,
+    straight_line,
+    straight_shaft,
+)
 from tasks.placing import PlacedCloud
 from tasks.preprocessing import ShaftModel
 from tasks.registration import Registration
@@ -92,10 +102,10 @@ def map_surface(
     """
     grid = map_grid(question.shaft_z_m)
     low, high = question.shaft_z_m
-    inside = np.flatnonzero((cloud.points_m[:, 2] >= low) & (cloud.points_m[:, 2] <= high))
-    if len(inside) == 0:
-        return FitFailure(f"needs points between {low:g} and {high:g} m, got none")
+    inside = rows_between(cloud.points_m[:, 2], low, high)
     points = PlacedCloud(cloud.points_m[inside], cloud.station_index[inside])
+    if len(points.points_m) == 0:
+        return FitFailure(f"needs points between {low:g} and {high:g} m, got none")
     found = _map(points, straight_shaft(model, axis, question.shaft_z_m), registration, question, grid)
     if isinstance(found, FitFailure):
         return found
@@ -105,22 +115,22 @@ def map_surface(
 def _map(
     cloud: PlacedCloud, shaft: ShaftModel, registration: Registration, question: MapQuestion, grid: MapGrid
 ) -> _Map | FitFailure:
-    points_m = cloud.points_m
-    z_m = points_m[:, 2]
-    cell = grid.cells_of(z_m, points_m[:, :2] - shaft.straight_axis_at(z_m))
-    means = robust_means(distances_m(points_m, shaft, question.sections), cell, grid.size)
+    def off(reference: ShaftModel) -> OfRows:
+        return lambda rows: distances_m(cloud.points_m[rows], reference, question.sections)
+
+    pieces = _pieces(cloud, shaft, grid, len(registration.poses))
+    means = robust_means(off(shaft), pieces.cell, pieces.n_points)
     rings_m = _rings(grid, means)
     if isinstance(rings_m, FitFailure):
         return rings_m
     seen = np.flatnonzero(means.n_points)
-    shares = _shares(cell, cloud.station_index, grid.size, len(registration.poses))[seen]
     skin = skin_of(grid.z_m[grid.band[seen]], grid.azimuth_deg[seen], shaft)
-    pieces = SeenPieces(grid, seen, skin.points_m, skin.outward, shares)
-    spread = placing_spread(pieces, registration, question.shaft_z_m[0])
+    shown = SeenPieces(grid, seen, skin.points_m, skin.outward, pieces.shares[seen])
+    spread = placing_spread(shown, registration, question.shaft_z_m[0])
     design = None
     if question.design is not None:
         designed = designed_shaft(shaft, question.design, question.shaft_z_m)
-        off_m = means.mean_of(distances_m(points_m, designed, question.sections), cell)
+        off_m = means.mean_of(off(designed), off(shaft), pieces.cell)
         design = _OffDesign(off_m, spread.from_foot if question.design.base_xy_m is None else spread.fixed)
     return _Map(grid, means, rings_m, shaft, seen, spread, design)
 
@@ -135,13 +145,27 @@ def _rings(grid: MapGrid, means: CellMeans) -> NDArray[np.float64] | FitFailure:
     return np.asarray(np.interp(grid.z_m, grid.z_m[known], medians))
 
 
-def _shares(
-    cell: NDArray[np.intp], station: NDArray[np.integer], n_cells: int, n_stations: int
-) -> NDArray[np.float64]:
-    """Share (c, s) of every station in the points of every piece."""
-    counts = np.bincount(cell * n_stations + station, minlength=n_cells * n_stations)
-    table = counts.reshape(n_cells, n_stations).astype(np.float64)
-    return np.asarray(table / np.maximum(table.sum(axis=1, keepdims=True), 1.0))
+def _pieces(cloud: PlacedCloud, shaft: ShaftModel, grid: MapGrid, n_stations: int) -> CellPoints:
+    """Which points belong to which piece; they lie within the bands."""
+    from tasks.geometry.sector_kernel import even_sectors  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+    from tasks.map_kernel import find_pieces  # noqa: PLC0415 (as above)
+
+    if int(cloud.station_index.max()) >= n_stations:
+        raise ShapeError(f"a map needs station indices below {n_stations}; got {cloud.station_index.max()}")
+    cell, counts = (
+        np.empty(len(cloud.points_m), dtype=np.uint16),
+        np.zeros((grid.size, n_stations), dtype=np.int64),
+    )
+    find_pieces(
+        cloud.points_m,
+        cloud.station_index,
+        straight_line(shaft),
+        grid.z_edges_m,
+        even_sectors(SECTORS),
+        cell,
+        counts,
+    )
+    return CellPoints(cell, counts)
 
 
 def _cell(found: _Map, number: int) -> SurfaceMapCell:

@@ -1,12 +1,13 @@
 """Bring a circle to the minimum of a sum over orthogonal distances."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.contours.circle import Circle, center_distances
+from tasks.contours.circle import Circle
 from tasks.contours.straightening import StraightSection
 from tasks.geometry.failure import FitFailure
 
@@ -64,35 +65,60 @@ class Tukey:
         return np.asarray((1.0 - np.minimum((residuals_m / self.cut_m) ** 2, 1.0)) ** 2)
 
 
-def circle_jacobian(section: StraightSection, circle: Circle) -> NDArray[np.float64]:
-    """Derivatives (n, 3) of the residuals with respect to east, north and radius."""
-    # at the centre itself no direction is better than another: 0 / tiny leaves the point without a say
-    length = np.maximum(center_distances(section.xy_m, circle), np.finfo(float).tiny)
-    jacobian = np.full((3, len(length)), -1.0)
-    jacobian[0] = (circle.east_m - section.xy_m[:, 0]) / length
-    jacobian[1] = (circle.north_m - section.xy_m[:, 1]) / length
-    return jacobian.T
+@dataclass(frozen=True, slots=True, eq=False)
+class CircleLoss:
+    """Tukey's biweight with a fixed cut, metres, or least squares where it is infinite.
+
+    ``relative_sigma`` (n,) divides the residuals of the points; None where all are alike.
+    """
+
+    cut_m: float
+    relative_sigma: NDArray[np.float64] | None = None
+
+
+LEAST_SQUARES: Final = CircleLoss(np.inf)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Sums:
+    """Normal matrix (3, 3) of a circle before damping, right side (3,) and cost."""
+
+    normal: NDArray[np.float64]
+    right: NDArray[np.float64]
+    cost: float
+
+
+def used_normal(
+    section: StraightSection,
+    circle: Circle,
+    used: NDArray[np.bool_],
+    relative_sigma: NDArray[np.float64] | None,
+) -> NDArray[np.float64]:
+    """Normal matrix (3, 3) of the points that are used (n,) with respect to east, north and radius of a circle."""
+    from tasks.contours.circle_kernel import sum_used  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    place = (circle.east_m, circle.north_m, circle.radius_m)
+    return _sums(sum_used(_points(section, relative_sigma), place, used)).normal
 
 
 def adjust_circle(
-    section: StraightSection, start: Circle, loss: Loss, step_limit: float = STEP
+    section: StraightSection, start: Circle, loss: CircleLoss, step_limit: float = STEP
 ) -> Circle | FitFailure:
     """Iterate Gauss-Newton steps, damped where the cost would rise, until they are below ``step_limit`` radii."""
     extent = float(np.abs(section.xy_m).max())
     circle, damping = start, 0.0
-    residuals = section.residuals(circle)
-    cost = loss.cost(residuals)
+    look = _look(section, loss)
+    here = look(circle)
     for _ in range(MOST_STEPS):
-        step = _damped_step(section, circle, residuals, loss.weights(residuals), damping)
+        step = _damped_step(here, damping)
         if step is None:
             return FitFailure("needs an arc that fixes a centre, got a singular system")
         trial = _moved(circle, step)
         small = float(np.abs(step).max()) <= step_limit * circle.radius_m
         if trial.finite:
-            trial_residuals = section.residuals(trial)
-            trial_cost = loss.cost(trial_residuals)
-            if trial_cost <= cost * (1 + ROUNDING) or small:
-                circle, residuals, cost, damping = trial, trial_residuals, trial_cost, damping / 10
+            there = look(trial)
+            if there.cost <= here.cost * (1 + ROUNDING) or small:
+                circle, here, damping = trial, there, damping / 10
                 if small:
                     return circle
                 if circle.radius_m > WIDEST * extent:
@@ -103,26 +129,44 @@ def adjust_circle(
     return FitFailure(f"circle did not converge in {MOST_STEPS} steps")
 
 
+def _look(section: StraightSection, loss: CircleLoss) -> Callable[[Circle], _Sums]:
+    """What says how the points lie on a circle: one loop over them."""
+    from tasks.contours.circle_kernel import sum_circle  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    points = _points(section, loss.relative_sigma)
+
+    def at(circle: Circle) -> _Sums:
+        return _sums(sum_circle(points, (circle.east_m, circle.north_m, circle.radius_m), loss.cut_m))
+
+    return at
+
+
+def _points(
+    section: StraightSection, relative_sigma: NDArray[np.float64] | None
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """East, north, widening and relative sigma of the points of a slice, each in one run of memory."""
+    sigma = np.empty(0) if relative_sigma is None else np.ascontiguousarray(relative_sigma)
+    east, north = (np.ascontiguousarray(column) for column in section.xy_m.T)
+    return east, north, np.ascontiguousarray(section.widening_m), sigma
+
+
+def _sums(found: NDArray[np.float64]) -> _Sums:
+    ee, en, er, nn, nr, rr, *right = found[:9].tolist()
+    return _Sums(np.array([[ee, en, er], [en, nn, nr], [er, nr, rr]]), np.array(right), float(found[9]))
+
+
 def _moved(circle: Circle, step: NDArray[np.float64]) -> Circle:
     return Circle(
         circle.east_m + float(step[0]), circle.north_m + float(step[1]), circle.radius_m + float(step[2])
     )
 
 
-def _damped_step(
-    section: StraightSection,
-    circle: Circle,
-    residuals: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    damping: float,
-) -> NDArray[np.float64] | None:
+def _damped_step(at: _Sums, damping: float) -> NDArray[np.float64] | None:
     """Levenberg-Marquardt step (3,), or None where the normal matrix is singular."""
-    jacobian = circle_jacobian(section, circle)
-    weighted = jacobian.T * weights
-    normal = weighted @ jacobian
+    normal = at.normal.copy()
     normal[np.diag_indices(3)] *= 1.0 + damping
     try:
-        step: NDArray[np.float64] = np.linalg.solve(normal, -(weighted @ residuals)).astype(np.float64)
+        step: NDArray[np.float64] = np.linalg.solve(normal, -at.right).astype(np.float64)
     except np.linalg.LinAlgError:
         return None
     return step if np.isfinite(step).all() else None

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.contours.circle import Circle, arc_coverage_deg
-from tasks.contours.circle_adjustment import circle_jacobian
+from tasks.contours.circle_adjustment import used_normal
 from tasks.contours.section import Contour
 from tasks.contours.straightening import StraightSection
 from tasks.geometry.failure import FitFailure
@@ -67,10 +67,7 @@ def contour_of(section: StraightSection, circle: Circle, scatter: Scatter) -> Co
     """Make a contour of a circle that was adjusted, or say that the arc is too short for a centre."""
     used_xy = section.xy_m[scatter.used]
     coverage = arc_coverage_deg(used_xy, circle)
-    jacobian = circle_jacobian(section, circle)[scatter.used]
-    if scatter.relative_sigma is not None:
-        jacobian = jacobian / scatter.relative_sigma[scatter.used, None]
-    normal = jacobian.T @ jacobian
+    normal = used_normal(section, circle, scatter.used, scatter.relative_sigma)
     if np.linalg.cond(normal) > 1 / np.finfo(float).eps:
         return FitFailure(f"arc too short for a centre: {coverage:g} deg of the circumference have points")
     covariance = np.asarray(scatter.variance_m2 * np.linalg.inv(normal)[:2, :2], dtype=np.float64)

@@ -46,6 +46,8 @@ def resistant_circle(section: StraightSection) -> Circle | FitFailure:
     ----------
     Rousseeuw 1984, Least median of squares regression, JASA 79.
     """
+    from tasks.contours.circle_kernel import nearest_circle  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     taubin = taubin_circle(section.xy_m)
     order = order_along_contour(section, taubin)
     count = min(len(order), CANDIDATE_POINTS)
@@ -56,10 +58,8 @@ def resistant_circle(section: StraightSection) -> Circle | FitFailure:
         centers = np.vstack([[taubin.east_m, taubin.north_m], centers])
     if not len(centers):
         return FitFailure("needs points around a contour, got points on one line")
-    distances = np.hypot(*(xy[None, :, :] - centers[:, None, :]).transpose(2, 0, 1)) - widening
-    radii = np.median(distances, axis=1)
-    best = int(np.argmin(np.median(np.abs(distances - radii[:, None]), axis=1)))
-    circle = Circle(float(centers[best, 0]), float(centers[best, 1]), float(radii[best]))
+    points = (np.ascontiguousarray(xy[:, 0]), np.ascontiguousarray(xy[:, 1]), widening, np.empty(0))
+    circle = Circle(*nearest_circle(points, centers))
     return circle if circle.finite else FitFailure("needs points around a contour, got no finite circle")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.contours.circle import Circle
-from tasks.contours.circle_adjustment import Squares, adjust_circle
+from tasks.contours.circle_adjustment import LEAST_SQUARES, adjust_circle
 from tasks.contours.circle_fit import contour_of, scatter_of_all
 from tasks.contours.circle_start import taubin_circle
 from tasks.contours.model import ContourModel
@@ -36,7 +36,7 @@ def least_squares_contour(section: StraightSection) -> Contour | FitFailure:
 def least_squares_circle(section: StraightSection) -> Circle | FitFailure:
     """The circle with the least sum of squared distances from a slice, about its origin, n >= 3."""
     start = taubin_circle(section.xy_m)
-    return start if isinstance(start, FitFailure) else adjust_circle(section, start, Squares())
+    return start if isinstance(start, FitFailure) else adjust_circle(section, start, LEAST_SQUARES)
 
 
 def geometric_circle(xy_m: NDArray[np.float64]) -> Circle | FitFailure:

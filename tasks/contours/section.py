@@ -59,8 +59,8 @@ class Section:
         n = len(self.points_m)
         if n < min_points:
             return FitFailure(f"needs at least {min_points} points, got {n}")
-        bad = n - int(np.isfinite(self.points_m).all(axis=1).sum())
-        if bad:
+        if not np.isfinite(self.points_m).all():
+            bad = n - int(np.isfinite(self.points_m).all(axis=1).sum())
             return FitFailure(f"needs finite coordinates, got {bad} points without")
         xy = self.points_m[:, :2] - self.points_m[0, :2]
         xy = xy - xy.mean(axis=0)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.contours.circle import Circle
-from tasks.contours.circle_adjustment import Loss, Tukey, adjust_circle
+from tasks.contours.circle_adjustment import CircleLoss, adjust_circle
 from tasks.contours.circle_fit import Scatter, circle_noise_m
 from tasks.contours.straightening import StraightSection
 from tasks.geometry.failure import FitFailure
@@ -38,22 +38,6 @@ class TukeyCircle:
     sigma_m: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class WeightedTukey:
-    """Tukey's biweight on residuals over the relative sigma (n,) of their points."""
-
-    tukey: Tukey
-    relative_sigma: NDArray[np.float64]
-
-    def cost(self, residuals_m: NDArray[np.float64]) -> float:
-        """Sum of rho of the residuals over their relative sigmas."""
-        return self.tukey.cost(residuals_m / self.relative_sigma)
-
-    def weights(self, residuals_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Biweight over the square of the relative sigma."""
-        return np.asarray(self.tukey.weights(residuals_m / self.relative_sigma) / self.relative_sigma**2)
-
-
 def settle_circle(
     straight: StraightSection, start: Circle, relative_sigma: NDArray[np.float64] | None = None
 ) -> TukeyCircle | FitFailure:
@@ -70,13 +54,13 @@ def settle_circle(
     """
     circle, sigma = start, _scale(straight, start, relative_sigma)
     for _ in range(MOST_SCALES):
-        adjusted = adjust_circle(straight, circle, _loss(sigma, relative_sigma), SCALE_STEP)
+        adjusted = adjust_circle(straight, circle, CircleLoss(CUT * sigma, relative_sigma), SCALE_STEP)
         if isinstance(adjusted, FitFailure):
             return adjusted
         before, circle, sigma = sigma, adjusted, _scale(straight, adjusted, relative_sigma)
         if abs(sigma - before) <= SCALE_STEP * before:
             break
-    final = adjust_circle(straight, circle, _loss(sigma, relative_sigma))
+    final = adjust_circle(straight, circle, CircleLoss(CUT * sigma, relative_sigma))
     return final if isinstance(final, FitFailure) else TukeyCircle(final, sigma)
 
 
@@ -110,11 +94,6 @@ def tukey_scatter(
         noise_m=circle_noise_m(residuals_m),
         relative_sigma=relative_sigma,
     )
-
-
-def _loss(sigma_m: float, relative_sigma: NDArray[np.float64] | None) -> Loss:
-    tukey = Tukey(CUT * sigma_m)
-    return tukey if relative_sigma is None else WeightedTukey(tukey, relative_sigma)
 
 
 def _scale(straight: StraightSection, circle: Circle, relative_sigma: NDArray[np.float64] | None) -> float:

@@ -2,14 +2,20 @@
 
 Numba knows a stored function by the file that it stands in alone; one that calls into another file would go on with the
 old machine code after a change there. So what is compiled lies in a folder named by the digest of all compiled sources.
-Where no folder can be written (a service that is shut in), functions are compiled anew in every process.
+What was compiled at the set-up is copied from a tree that can only be read into one that can be written, since numba
+needs that. Where there is no such place (a service that is shut in), each process has a copy of its own that ends with it;
+where there is nothing to copy either, functions are compiled anew in every process.
 """
 
+import atexit
 import hashlib
 import os
+import shutil
 import stat
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, TypeVar, cast
 
@@ -45,25 +51,58 @@ def _places() -> Iterator[Path]:
 
 def _folder() -> Path | None:
     """The first place that can be written, and by nobody else: what lies there is run."""
+    ready: Path | None = None
     for place in _places():
         folder = place / f"compiled-{digest_of_kernels()}"
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            trial = folder / f".trial-{os.getpid()}"
-            trial.touch()
-            trial.unlink()
-        except OSError:
-            continue
-        if _is_ours(folder):
+        is_new = not folder.exists()
+        if _can_write(folder):
+            if not _is_safe(folder):
+                continue
+            if is_new and ready is not None:
+                _copy(ready, folder)
             return folder
-    return None
+        if ready is None and _is_safe(folder):
+            ready = folder
+    return None if ready is None else _own_copy(ready)
 
 
-def _is_ours(folder: Path) -> bool:
+def _can_write(folder: Path) -> bool:
+    try:
+        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+        trial = folder / f".trial-{os.getpid()}"
+        trial.touch()
+        trial.unlink()
+    except OSError:
+        return False
+    return True
+
+
+def _own_copy(ready: Path) -> Path | None:
+    """A copy for this process alone; None where not even that can be had."""
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="tiltwatch-compiled-"))
+    except OSError:
+        return None
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    _copy(ready, folder)
+    return folder
+
+
+def _copy(ready: Path, folder: Path) -> None:
+    """Copy what is compiled; what cannot be copied is compiled anew."""
+    with suppress(OSError, shutil.Error):
+        shutil.copytree(ready, folder, dirs_exist_ok=True)
+
+
+def _is_safe(folder: Path) -> bool:
+    """Whether a folder is there, is ours or the system's, and cannot be written by anybody else."""
+    try:
+        about = folder.stat()
+    except OSError:
+        return False
     if not hasattr(os, "getuid"):
         return True
-    about = folder.stat()
-    return about.st_uid == os.getuid() and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return about.st_uid in (0, os.getuid()) and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 _FOLDER: Final = _folder()

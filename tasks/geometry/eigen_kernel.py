@@ -62,9 +62,12 @@ def eigen_of(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArra
     for n in range(len(matrices)):
         a[:] = matrices[n]
         _one(a, v)
-        order = np.argsort(np.array([a[0, 0], a[1, 1], a[2, 2]]))
         for k in range(3):
-            values[n, k] = a[order[k], order[k]]
+            # its place: how many are smaller, or equal and before it
+            place = 0
+            for other in range(3):
+                place += a[other, other] < a[k, k] or (a[other, other] == a[k, k] and other < k)
+            values[n, place] = a[k, k]
             for i in range(3):
-                vectors[n, i, k] = v[i, order[k]]
+                vectors[n, i, place] = v[i, k]
     return values, vectors

@@ -1,80 +1,147 @@
 """The loops that sort points into cubes and take the covariance of each point's nearest neighbours, compiled."""
 
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.compiled import compiled
-from tasks.geometry.voxel_kernel import EMPTY, FIRST_SIZE, key_of, open_table, slot_of
 
-Arrays = tuple[NDArray[np.int64], NDArray[np.int64]]
+DIGIT: Final = 11
+"""Bits of a number that are sorted in one go."""
+
+COLUMNS: Final = 9
+"""Of cubes along the third axis: that of a point, and those beside it."""
+
+Cubes = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
 
 
 @compiled
-def _doubled(keys: NDArray[np.int64], numbers: NDArray[np.int64]) -> Arrays:
-    """Move a table to one twice as long."""
-    longer = open_table(2 * len(keys))
-    moved = np.empty(len(longer), np.int64)
-    for k in range(len(keys)):
-        if keys[k] != EMPTY:
-            slot = slot_of(longer, keys[k])
-            longer[slot] = keys[k]
-            moved[slot] = numbers[k]
-    return longer, moved
+def _sort_by_digit(
+    numbers: NDArray[np.int64],
+    order: NDArray[np.int64],
+    shift: int,
+    to_numbers: NDArray[np.int64],
+    to_order: NDArray[np.int64],
+) -> None:
+    """Sort numbers (n,) and what goes with them by one digit, equal ones as they come."""
+    begins, mask = np.zeros((1 << DIGIT) + 1, np.int64), (1 << DIGIT) - 1
+    for i in range(len(numbers)):
+        begins[((numbers[i] >> shift) & mask) + 1] += 1
+    for digit in range(1 << DIGIT):
+        begins[digit + 1] += begins[digit]
+    for i in range(len(numbers)):
+        digit = (numbers[i] >> shift) & mask
+        to_numbers[begins[digit]], to_order[begins[digit]] = numbers[i], order[i]
+        begins[digit] += 1
 
 
 @compiled
 def sort_into_cubes(
-    points_m: NDArray[np.float64], low_m: NDArray[np.float64], edge_m: float
-) -> tuple[Arrays, Arrays]:
-    """Sort points (n, 3) into cubes: the keys of these in an open table, with their numbers; then two arrays more.
+    points_m: NDArray[np.float64], low_m: NDArray[np.float64], edge_m: float, shape: NDArray[np.int64]
+) -> Cubes:
+    """Sort points (n, 3) into the cubes of a grid of some shape (3,), whose outermost cubes are kept free.
 
-    These are the order (n,) of the points cube by cube, within one as they came, and where in it each cube starts (c + 1,).
+    Gives the numbers (c,) of the cubes that are not empty, ascending; the order (n,) of the points cube by cube, within one
+    as they come; and where in it each cube starts (c + 1,).
     """
-    keys, numbers = open_table(FIRST_SIZE), np.empty(FIRST_SIZE, np.int64)
-    cube = np.empty(len(points_m), np.int64)
-    n_cubes = 0
-    for i in range(len(points_m)):
-        # one cube is kept free below, so that neighbours of the first need no question
-        key = key_of(
-            int(np.floor((points_m[i, 0] - low_m[0]) / edge_m)) + 1,
-            int(np.floor((points_m[i, 1] - low_m[1]) / edge_m)) + 1,
-            int(np.floor((points_m[i, 2] - low_m[2]) / edge_m)) + 1,
-        )
-        slot = slot_of(keys, key)
-        if keys[slot] == EMPTY:
-            keys[slot], numbers[slot] = key, n_cubes
-            cube[i] = n_cubes
+    n = len(points_m)
+    cube, order = np.empty(n, np.int64), np.arange(n)
+    for i in range(n):
+        cube[i] = int(np.floor((points_m[i, 0] - low_m[0]) / edge_m)) + 1
+        cube[i] = cube[i] * shape[1] + int(np.floor((points_m[i, 1] - low_m[1]) / edge_m)) + 1
+        cube[i] = cube[i] * shape[2] + int(np.floor((points_m[i, 2] - low_m[2]) / edge_m)) + 1
+    to_cube, to_order = np.empty(n, np.int64), np.empty(n, np.int64)
+    shift, largest = 0, shape[0] * shape[1] * shape[2] - 1
+    while largest > 0:
+        _sort_by_digit(cube, order, shift, to_cube, to_order)
+        cube, order, to_cube, to_order = to_cube, to_order, cube, order
+        shift += DIGIT
+        largest >>= DIGIT
+    begins, n_cubes = np.empty(n + 1, np.int64), 0
+    for i in range(n):
+        if i == 0 or cube[i] != cube[i - 1]:
+            begins[n_cubes] = i
             n_cubes += 1
-            if 2 * n_cubes > len(keys):
-                keys, numbers = _doubled(keys, numbers)
-        else:
-            cube[i] = numbers[slot]
-    begins = np.zeros(n_cubes + 1, np.int64)
-    for i in range(len(cube)):
-        begins[cube[i] + 1] += 1
-    begins = np.cumsum(begins)
-    place, order = begins[:-1].copy(), np.empty(len(cube), np.int64)
-    for i in range(len(cube)):
-        order[place[cube[i]]] = i
-        place[cube[i]] += 1
-    return (keys, numbers), (order, begins)
+    begins[n_cubes] = n
+    return cube[begins[:n_cubes]], order, begins[: n_cubes + 1].copy()
 
 
 @compiled
-def _insert(away: NDArray[np.float64], who: NDArray[np.int64], n: int, squared: float, index: int) -> int:
-    """Keep the nearest in order of distance, equal ones by index; give how many there are."""
-    if n == len(away):
-        if squared > away[n - 1] or (squared == away[n - 1] and index > who[n - 1]):
-            return n
-        n -= 1
-    k = n
-    while k > 0 and (away[k - 1] > squared or (away[k - 1] == squared and who[k - 1] > index)):
-        away[k] = away[k - 1]
-        who[k] = who[k - 1]
-        k -= 1
-    away[k] = squared
-    who[k] = index
-    return n + 1
+def _columns_beside(shape: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How much the number of a cube changes from a column of cubes to itself and those beside it (9,), ascending."""
+    steps = np.empty(COLUMNS, np.int64)
+    for column in range(COLUMNS):
+        steps[column] = ((column // 3 - 1) * shape[1] + column % 3 - 1) * shape[2]
+    return steps
+
+
+@compiled
+def _ranges_around(
+    cube: int, cubes: Cubes, steps: NDArray[np.int64], at: NDArray[np.int64], ranges: NDArray[np.int64]
+) -> int:
+    """Parts of the order that lie in a cube and the 26 around it, to ``ranges`` (9, 2); give how many points that are.
+
+    ``at`` (9,) says where each column of cubes was left: cubes are asked for one after the other, ascending.
+    """
+    numbers, _, begins = cubes
+    n_points = 0
+    for column in range(COLUMNS):
+        first, k = cube + steps[column] - 1, at[column]
+        while k < len(numbers) and numbers[k] < first:
+            k += 1
+        at[column] = k
+        ranges[column, 0] = begins[k]
+        while k < len(numbers) and numbers[k] <= first + 2:
+            k += 1
+        ranges[column, 1] = begins[k]
+        n_points += ranges[column, 1] - ranges[column, 0]
+    return n_points
+
+
+@compiled
+def _within(
+    sorted_m: NDArray[np.float64],
+    here: int,
+    ranges: NDArray[np.int64],
+    squared_radius: float,
+    away: NDArray[np.float64],
+    who: NDArray[np.int64],
+) -> int:
+    """Find all points in the ranges that are nearer than a radius to a point, itself with them; give how many."""
+    x, y, z = sorted_m[here, 0], sorted_m[here, 1], sorted_m[here, 2]
+    n = 0
+    for r in range(len(ranges)):
+        for m in range(ranges[r, 0], ranges[r, 1]):
+            dx, dy, dz = sorted_m[m, 0] - x, sorted_m[m, 1] - y, sorted_m[m, 2] - z
+            # written down whether or not it is near, and overwritten if not: a guess less for the processor
+            away[n], who[n] = dx * dx + dy * dy + dz * dz, m
+            n += away[n] < squared_radius
+    return n
+
+
+@compiled
+def _keep_nearest(
+    away: NDArray[np.float64], who: NDArray[np.int64], n: int, most: int, order: NDArray[np.int64]
+) -> int:
+    """Bring the nearest of n points to the front, of those equally far the first in the cloud; give how many are kept."""
+    if n <= most:
+        return n
+    for m in range(n):
+        squared, index = away[m], who[m]
+        k = min(m, most)
+        if k == most and (
+            squared > away[k - 1] or (squared == away[k - 1] and order[index] > order[who[k - 1]])
+        ):
+            continue
+        k -= k == most
+        while k > 0 and (
+            away[k - 1] > squared or (away[k - 1] == squared and order[who[k - 1]] > order[index])
+        ):
+            away[k], who[k] = away[k - 1], who[k - 1]
+            k -= 1
+        away[k], who[k] = squared, index
+    return most
 
 
 @compiled
@@ -88,96 +155,50 @@ def _squares(
         y += points_m[who[m], 1]
         z += points_m[who[m], 2]
     x, y, z = x / n, y / n, z / n
+    xx = xy = xz = yy = yz = zz = 0.0
     for m in range(n):
         dx, dy, dz = points_m[who[m], 0] - x, points_m[who[m], 1] - y, points_m[who[m], 2] - z
-        squares[0, 0] += dx * dx
-        squares[0, 1] += dx * dy
-        squares[0, 2] += dx * dz
-        squares[1, 1] += dy * dy
-        squares[1, 2] += dy * dz
-        squares[2, 2] += dz * dz
-    squares[1, 0], squares[2, 0], squares[2, 1] = squares[0, 1], squares[0, 2], squares[1, 2]
+        xx, xy, xz = xx + dx * dx, xy + dx * dy, xz + dx * dz
+        yy, yz, zz = yy + dy * dy, yz + dy * dz, zz + dz * dz
+    squares[0, 0], squares[1, 1], squares[2, 2] = xx, yy, zz
+    squares[0, 1], squares[0, 2], squares[1, 2] = xy, xz, yz
+    squares[1, 0], squares[2, 0], squares[2, 1] = xy, xz, yz
 
 
 @compiled
-def _beside(
-    point_m: NDArray[np.float64],
-    low_m: NDArray[np.float64],
-    edge_m: float,
-    table: Arrays,
-    begins: NDArray[np.int64],
-    ranges: NDArray[np.int64],
-) -> tuple[int, int]:
-    """Parts of the order in a point's cube and those beside it, to ``ranges`` (27, 2); how many, of how many points."""
-    keys, numbers = table
-    i = int(np.floor((point_m[0] - low_m[0]) / edge_m))
-    j = int(np.floor((point_m[1] - low_m[1]) / edge_m))
-    k = int(np.floor((point_m[2] - low_m[2]) / edge_m))
-    n = n_points = 0
-    for beside in range(27):
-        slot = slot_of(keys, key_of(i + beside // 9, j + beside // 3 % 3, k + beside % 3))
-        if keys[slot] != EMPTY:
-            ranges[n, 0], ranges[n, 1] = begins[numbers[slot]], begins[numbers[slot] + 1]
-            n_points += ranges[n, 1] - ranges[n, 0]
-            n += 1
-    return n, n_points
-
-
-@compiled
-def _nearest(
-    sorted_m: NDArray[np.float64],
-    here: int,
-    ranges: NDArray[np.int64],
-    squared_radius: float,
-    away: NDArray[np.float64],
-    who: NDArray[np.int64],
-) -> int:
-    """Find the nearest in the ranges to a point, both by their place in the order; give how many there are."""
-    x, y, z = sorted_m[here, 0], sorted_m[here, 1], sorted_m[here, 2]
-    n, most = 0, len(away)
-    for r in range(len(ranges)):
-        for m in range(ranges[r, 0], ranges[r, 1]):
-            dx, dy, dz = sorted_m[m, 0] - x, sorted_m[m, 1] - y, sorted_m[m, 2] - z
-            squared = dx * dx + dy * dy + dz * dz
-            if squared < squared_radius and (n < most or squared <= away[n - 1]):
-                n = _insert(away, who, n, squared, m)
-    return n
-
-
-@compiled
-def squares_around(  # noqa: PLR0913, PLR0917 - a compiled loop
+def squares_around(
     points_m: NDArray[np.float64],
     row_of: NDArray[np.int64],
-    low_m: NDArray[np.float64],
     radius_m: float,
     few: tuple[int, int],
-    table: Arrays,
-    cubes: Arrays,
+    cubes: Cubes,
+    shape: NDArray[np.int64],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Number (k,) and sums of squares (k, 3, 3) of the nearest points around some, nearer than the radius.
 
     ``row_of`` (n,) says where the result of a point goes, -1 for those that are not asked. ``few`` are the least and the
-    most neighbours that count; with fewer nothing is summed. ``table`` and ``cubes`` are what ``sort_into_cubes``
-    gives for cubes as wide as the radius.
+    most neighbours that count; with fewer nothing is summed. ``cubes`` are what ``sort_into_cubes`` gives for cubes as
+    wide as the radius and the same shape of the grid.
     """
-    order, begins = cubes
+    numbers, order, begins = cubes
     least, most = few
     n_rows = np.max(row_of) + 1
     sorted_m = points_m[order]
     count, squares = np.zeros(n_rows, np.int64), np.zeros((n_rows, 3, 3))
-    away, who, ranges = np.empty(most), np.empty(most, np.int64), np.empty((27, 2), np.int64)
-    for cube in range(len(begins) - 1):
-        n_ranges = -1
-        n_points = 0
+    away, who = np.empty(most), np.empty(most, np.int64)
+    steps, at, ranges = _columns_beside(shape), np.zeros(COLUMNS, np.int64), np.empty((COLUMNS, 2), np.int64)
+    for cube in range(len(numbers)):
+        n_points = _ranges_around(numbers[cube], cubes, steps, at, ranges)
+        if n_points < least:
+            continue
+        if n_points >= len(away):
+            away, who = np.empty(2 * n_points), np.empty(2 * n_points, np.int64)
         for m in range(begins[cube], begins[cube + 1]):
             row = row_of[order[m]]
             if row < 0:
                 continue
-            if n_ranges < 0:
-                n_ranges, n_points = _beside(sorted_m[m], low_m, radius_m, table, begins, ranges)
-            if n_points < least:
-                continue
-            count[row] = _nearest(sorted_m, m, ranges[:n_ranges], radius_m * radius_m, away, who)
-            if count[row] >= least:
-                _squares(sorted_m, who, count[row], squares[row])
+            n = _within(sorted_m, m, ranges, radius_m * radius_m, away, who)
+            count[row] = min(n, most)
+            if n >= least:
+                _squares(sorted_m, who, _keep_nearest(away, who, n, most, order), squares[row])
     return count, squares

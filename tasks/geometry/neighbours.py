@@ -5,10 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.geometry.eigen_kernel import eigen_of
-from tasks.geometry.neighbour_kernel import sort_into_cubes, squares_around
-from tasks.geometry.voxel_kernel import AXIS_BITS, bounds
-
 
 @dataclass(frozen=True, slots=True)
 class Spread:
@@ -37,13 +33,18 @@ def spread_of_neighbours(
     OverflowError
         If the cloud spans more than 2**21 radii along an axis.
     """
+    from tasks.geometry.eigen_kernel import eigen_of  # noqa: PLC0415 (slow to import)
+    from tasks.geometry.neighbour_kernel import sort_into_cubes, squares_around  # noqa: PLC0415 (slow to import)
+    from tasks.geometry.voxel_kernel import AXIS_BITS, bounds  # noqa: PLC0415 (slow to import)
+
     points_m = np.ascontiguousarray(points_m)
     low_m, high_m = bounds(points_m)
     if not np.max(high_m - low_m) / radius_m + 3.0 <= 2**AXIS_BITS:
         raise OverflowError(f"a cloud of {np.max(high_m - low_m):.0f} m does not fit a grid of {radius_m} m")
-    table, cubes = sort_into_cubes(points_m, low_m, radius_m)
+    shape = np.floor((high_m - low_m) / radius_m).astype(np.int64) + 3
+    cubes = sort_into_cubes(points_m, low_m, radius_m, shape)
     row_of = np.full(len(points_m), -1, np.int64)
     row_of[at] = np.arange(len(at))
-    count, squares = squares_around(points_m, row_of, low_m, radius_m, few, table, cubes)
+    count, squares = squares_around(points_m, row_of, radius_m, few, cubes, shape)
     enough = count >= few[0]
     return Spread(enough, count[enough], *eigen_of(squares[enough]))

@@ -1,5 +1,6 @@
 """Do independent pieces of work side by side, with the same result as one after the other."""
 
+import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -11,17 +12,19 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 THREADS: Final = 4
+"""At most; no more than there are cores, since each holds what it works on."""
 
-_allowed = THREADS
+_allowed = min(THREADS, os.cpu_count() or 1)
 
 
 def side_by_side(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """Results of a function for all items, in their order."""
     _one_blas_thread()
-    if _allowed == 1:
-        return [function(item) for item in items]
-    with ThreadPoolExecutor(_allowed) as pool:
-        return list(pool.map(function, items))
+    several = list(items)
+    if _allowed == 1 or len(several) <= 1:
+        return [function(item) for item in several]
+    with ThreadPoolExecutor(min(_allowed, len(several))) as pool:
+        return list(pool.map(function, several))
 
 
 def keep_to_threads(count: int) -> None:

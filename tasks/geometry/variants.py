@@ -1,8 +1,11 @@
 """Find the variants of a thing: one file each, found by itself, a wrong name answered with the known ones."""
 
 import importlib
+import importlib.util
 import pkgutil
+import re
 from collections.abc import Mapping
+from importlib.abc import InspectLoader
 from typing import Final, TypeVar
 
 from storage.errors import InputError
@@ -19,12 +22,14 @@ def discover(package: str, attribute: str, kind: type[T]) -> dict[str, T]:
     Raises
     ------
     TypeError
-        If an attribute is not of type ``kind``, or two modules claim one name.
+        If an attribute is not of type ``kind``, two modules claim one name, or one that is named as if it held compiled
+        loops has the attribute.
     """
     found: dict[str, T] = {}
     home = importlib.import_module(package)
     for module in sorted(info.name for info in pkgutil.iter_modules(home.__path__)):
         if module.endswith(COMPILED):
+            _refuse_variant(package, module, attribute)
             continue
         variant = getattr(importlib.import_module(f"{package}.{module}"), attribute, None)
         if variant is None:
@@ -38,6 +43,18 @@ def discover(package: str, attribute: str, kind: type[T]) -> dict[str, T]:
             raise TypeError(f"{package}.{module} claims the name {name!r} that another module has")
         found[name] = variant
     return found
+
+
+def _refuse_variant(package: str, module: str, attribute: str) -> None:
+    """Refuse a variant that would be overlooked; its source is looked at, not imported."""
+    spec = importlib.util.find_spec(f"{package}.{module}")
+    loader = None if spec is None else spec.loader
+    source = loader.get_source(f"{package}.{module}") if isinstance(loader, InspectLoader) else None
+    if re.search(rf"^{attribute}\s*[:=]", source or "", re.MULTILINE):
+        raise TypeError(
+            f"{package}.{module} has a {attribute}, but a module whose name ends in {' or '.join(COMPILED)} holds compiled "
+            "loops and is no variant; name it otherwise"
+        )
 
 
 def choose(variants: Mapping[str, T], name: str, what: str) -> T:

@@ -12,7 +12,10 @@ AXIS_BITS: Final = 21
 
 EMPTY: Final = -1
 FIRST_SIZE: Final = 1 << 14
-"""Of a table; it is doubled whenever it is half full."""
+"""Of a table, at least; it is doubled whenever it is half full."""
+
+POINTS_A_PLACE: Final = 2
+"""Of a cloud for each place of its first table, at least: doubling costs more than a table that is too large."""
 
 SPREAD: Final = 0x9E3779B97F4A7C15 - (1 << 64)
 """2**64 over the golden ratio: its product with keys that lie side by side lies all over the table."""
@@ -60,7 +63,10 @@ def first_of_cubes(
     points_m: NDArray[np.float64], low_m: NDArray[np.float64], edge_m: float
 ) -> NDArray[np.bool_]:
     """Whether each of the points (n, 3) is the first in its cube."""
-    keys, n_cubes = open_table(FIRST_SIZE), 0
+    size = FIRST_SIZE
+    while POINTS_A_PLACE * size < len(points_m):
+        size *= 2
+    keys, n_cubes = open_table(size), 0
     is_first = np.zeros(len(points_m), np.bool_)
     for i in range(len(points_m)):
         key = key_of(

@@ -3,8 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.geometry.voxel_kernel import AXIS_BITS, bounds, first_of_cubes
-
 
 def first_in_voxel(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.int64]:
     """Indices (k,), ascending, of the first point in each occupied cube of edge ``voxel_m``.
@@ -16,6 +14,8 @@ def first_in_voxel(points_m: NDArray[np.float64], voxel_m: float) -> NDArray[np.
     OverflowError
         If the cloud spans more than 2**21 cubes along an axis.
     """
+    from tasks.geometry.voxel_kernel import AXIS_BITS, bounds, first_of_cubes  # noqa: PLC0415 (slow to import)
+
     if len(points_m) == 0:
         return np.empty(0, dtype=np.int64)
     points_m = np.ascontiguousarray(points_m, dtype=np.float64)

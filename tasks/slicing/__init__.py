@@ -8,7 +8,7 @@ from typing import Final
 from tasks.geometry.variants import discover
 from tasks.slicing.adaptive import AdaptiveSlices, adaptive_slices
 from tasks.slicing.center_information import RingPoints
-from tasks.slicing.cut import cut_between, cut_slices
+from tasks.slicing.cut import Rows, cut_between, cut_slices, rows_between_edges, rows_of_slices
 from tasks.slicing.heights import slice_heights
 from tasks.slicing.linearity import ThicknessLimit, linear_limit
 from tasks.slicing.scheme import AdaptiveCut, SlicingScheme, user_scheme
@@ -21,12 +21,15 @@ __all__ = [
     "AdaptiveCut",
     "AdaptiveSlices",
     "RingPoints",
+    "Rows",
     "SlicingScheme",
     "ThicknessLimit",
     "adaptive_slices",
     "cut_between",
     "cut_slices",
     "linear_limit",
+    "rows_between_edges",
+    "rows_of_slices",
     "slice_heights",
     "user_scheme",
 ]

@@ -1,5 +1,6 @@
 """Slices just thick enough that every centre reaches a wanted sigma."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -44,7 +45,7 @@ class AdaptiveSlices:
 
 
 def adaptive_slices(
-    points: RingPoints, cut: AdaptiveCut, shaft_z_m: tuple[float, float], limit: ThicknessLimit
+    chunks: Iterable[RingPoints], cut: AdaptiveCut, shaft_z_m: tuple[float, float], limit: ThicknessLimit
 ) -> AdaptiveSlices:
     """Cut a shaft from the bottom up, each slice just thick enough for the wanted sigma of its centre.
 
@@ -58,8 +59,8 @@ def adaptive_slices(
 
     Parameters
     ----------
-    points : RingPoints
-        The points of the shaft.
+    chunks : iterable of RingPoints
+        The points of the shaft, in one piece or several.
     cut : AdaptiveCut
         The wanted sigma, and the bounds of the thickness.
     shaft_z_m : (lo, hi)
@@ -83,7 +84,7 @@ def adaptive_slices(
         return AdaptiveSlices(np.empty(0), np.empty(0))
     step_m = max(cut.least_thickness_m / LAYERS_PER_SLICE, (high - low) / MOST_LAYERS)
     grid_m = np.linspace(low, high, int(np.ceil((high - low) / step_m)) + 1)
-    walk = _Walk(sum_layers(points, grid_m), *_bounds(cut, limit, grid_m))
+    walk = _Walk(sum_layers(chunks, grid_m), *_bounds(cut, limit, grid_m))
     edges = _edges(walk, cut.sigma_center_m**2)
     return AdaptiveSlices(grid_m[edges], np.sqrt(walk.variances(edges[:-1], edges[1:])))
 

@@ -1,5 +1,6 @@
 """What the points of a slice say about its centre, before anything is fitted."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
@@ -13,9 +14,6 @@ LEAST_POINTS: Final = 30
 
 RESOLVED: Final = 1e-9
 """Smaller eigenvalue, a point, below which an arc fixes no centre: one of 2 degrees has 2e-9, rounding 1e-13."""
-
-CHUNK: Final = 65_536
-"""Points that are worked on at once: what is made of them on the way stays in the processor's cache."""
 
 TERMS: Final = 6
 """Terms of a symmetric 3 x 3 matrix: cos cos, cos sin, sin sin, cos, sin, 1."""
@@ -64,33 +62,24 @@ class CenterSums:
         return np.asarray(self.below[ends] - self.below[begins])
 
 
-def sum_layers(points: RingPoints, grid_m: NDArray[np.float64]) -> CenterSums:
-    """Sum what points say about a centre, layer by layer between the rising, even heights ``grid_m`` (L + 1,)."""
+def sum_layers(chunks: Iterable[RingPoints], grid_m: NDArray[np.float64]) -> CenterSums:
+    """Sum what points say about a centre, layer by layer between the rising, even heights ``grid_m`` (L + 1,).
+
+    The points may come in chunks, each of which is looked at once.
+    """
+    from tasks.slicing.layer_kernel import add_to_layers  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     n_layers = len(grid_m) - 1
-    sums = np.zeros((2 * TERMS + 1, n_layers))
-    for start in range(0, len(points.z_m), CHUNK):
-        rows = slice(start, start + CHUNK)
-        place = (points.z_m[rows] - grid_m[0]) * (n_layers / (grid_m[-1] - grid_m[0]))
-        inside = np.flatnonzero((place >= 0.0) & (place <= n_layers))
-        layer = np.minimum(place[inside].astype(np.intp), n_layers - 1)
-        first = int(layer.min(initial=n_layers))
-        for sum_, term in zip(sums, _terms(points, rows, inside), strict=True):
-            # a scan comes from below or from above: a chunk of it has few layers
-            counted = np.bincount(layer - first, weights=term)
-            sum_[first : first + len(counted)] += counted
+    sums = np.zeros((n_layers, 2 * TERMS + 1))
+    layers_per_m = float(n_layers / (grid_m[-1] - grid_m[0]))
+    for points in chunks:
+        weights = np.empty(0) if points.weights is None else points.weights
+        add_to_layers(
+            points.z_m, points.azimuth_rad, points.sigma_m, weights, float(grid_m[0]), layers_per_m, sums
+        )
     below = np.zeros((n_layers + 1, 2 * TERMS + 1))
-    np.cumsum(sums.T, axis=0, out=below[1:])
+    np.cumsum(sums, axis=0, out=below[1:])
     return CenterSums(below)
-
-
-def _terms(points: RingPoints, rows: slice, inside: NDArray[np.intp]) -> list[NDArray[np.float64]]:
-    azimuth = points.azimuth_rad[rows][inside]
-    variance = points.sigma_m[rows][inside] ** 2
-    weights = np.ones(len(inside)) if points.weights is None else points.weights[rows][inside]
-    c, s, one = np.cos(azimuth), np.sin(azimuth), np.ones(len(inside))
-    products = (c * c, c * s, s * s, c, s, one)
-    scatter = weights * weights * variance
-    return [*(weights * p for p in products), *(scatter * p for p in products), one]
 
 
 def center_variances(sums: NDArray[np.float64]) -> NDArray[np.float64]:

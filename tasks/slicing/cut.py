@@ -6,6 +6,9 @@ from numpy.typing import NDArray
 from storage.errors import ShapeError
 from tasks.slicing.heights import ROUNDING_M
 
+Rows = slice | NDArray[np.intp]
+"""Which points of a cloud: from one to another, or their indices."""
+
 
 def cut_slices(
     z_m: NDArray[np.float64], heights_m: NDArray[np.float64], thickness_m: float
@@ -44,7 +47,7 @@ def cut_slices(
         )
     half = thickness_m / 2 + ROUNDING_M
     if _ascend(z_m):
-        return _runs(z_m, heights_m - half, heights_m + half)
+        return [_indices(run) for run in _runs(z_m, heights_m - half, heights_m + half)]
     # most points lie in no slice when slices are thin: sorting only the others is several times faster
     near = _in_any(z_m, heights_m, half)
     order = near[np.argsort(z_m[near])]
@@ -83,9 +86,7 @@ def cut_between(z_m: NDArray[np.float64], edges_m: NDArray[np.float64]) -> list[
     if not edges_m.size:
         return []
     if _ascend(z_m):
-        begins = np.searchsorted(z_m, edges_m[:-1], side="left")
-        last = np.searchsorted(z_m, edges_m[-1] + ROUNDING_M, side="right")
-        return [np.arange(begin, end) for begin, end in zip(begins, [*begins[1:], last], strict=True)]
+        return [_indices(run) for run in _steps(z_m, edges_m)]
     order = np.argsort(z_m, kind="stable")
     sorted_z = z_m[order]
     begins = np.searchsorted(sorted_z, edges_m[:-1], side="left")
@@ -98,12 +99,38 @@ def _ascend(z_m: NDArray[np.float64]) -> bool:
     return bool((z_m[1:] >= z_m[:-1]).all()) and not np.isnan(z_m[:1]).any()
 
 
-def _runs(
-    z_m: NDArray[np.float64], low_m: NDArray[np.float64], high_m: NDArray[np.float64]
-) -> list[NDArray[np.intp]]:
-    """Indices of ascending heights (n,) from each low (m,) to each high end, both included."""
+def rows_of_slices(
+    z_m: NDArray[np.float64], heights_m: NDArray[np.float64], thickness_m: float
+) -> list[Rows]:
+    """The same as ``cut_slices``; of heights that ascend Python's slices, which take no copy of the points they hold."""
+    half = thickness_m / 2 + ROUNDING_M
+    if thickness_m > 0.0 and _ascend(z_m):
+        return [*_runs(z_m, heights_m - half, heights_m + half)]
+    return [*cut_slices(z_m, heights_m, thickness_m)]
+
+
+def rows_between_edges(z_m: NDArray[np.float64], edges_m: NDArray[np.float64]) -> list[Rows]:
+    """The same as ``cut_between``; of heights that ascend Python's slices."""
+    if edges_m.size and _ascend(z_m):
+        return [*_steps(z_m, edges_m)]
+    return [*cut_between(z_m, edges_m)]
+
+
+def _runs(z_m: NDArray[np.float64], low_m: NDArray[np.float64], high_m: NDArray[np.float64]) -> list[slice]:
+    """Places of ascending heights (n,) from each low (m,) to each high end, both included."""
     begins, ends = np.searchsorted(z_m, low_m, side="left"), np.searchsorted(z_m, high_m, side="right")
-    return [np.arange(begin, end) for begin, end in zip(begins, ends, strict=True)]
+    return [slice(int(begin), int(end)) for begin, end in zip(begins, ends, strict=True)]
+
+
+def _steps(z_m: NDArray[np.float64], edges_m: NDArray[np.float64]) -> list[slice]:
+    """Places of ascending heights (n,) from each edge (m + 1,) up to, not with, the next; with the last one."""
+    begins = np.searchsorted(z_m, edges_m[:-1], side="left")
+    last = np.searchsorted(z_m, edges_m[-1] + ROUNDING_M, side="right")
+    return [slice(int(begin), int(end)) for begin, end in zip(begins, [*begins[1:], last], strict=True)]
+
+
+def _indices(run: slice) -> NDArray[np.intp]:
+    return np.arange(run.start, run.stop)
 
 
 def _in_any(z_m: NDArray[np.float64], heights_m: NDArray[np.float64], half_m: float) -> NDArray[np.intp]:

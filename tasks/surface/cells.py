@@ -139,7 +139,7 @@ def sum_cells(cloud: SurfacePoints, table: ProfileTable, grid: Grid, sigma_m: ND
     parts = side_by_side(of_part, range(PARTS))
     total = np.sum([sums for sums, _ in parts], axis=0)
     moments = np.sum([of for _, of in parts], axis=0)
-    return _cells_of(total.reshape(-1, total.shape[-1]).T, moments / max(len(cloud.points_m), 1), grid)
+    return _cells_of(total.T, moments / max(len(cloud.points_m), 1), grid)
 
 
 def sector_of(direction: NDArray[np.complex128]) -> NDArray[np.intp]:
@@ -153,17 +153,16 @@ def _sum_part(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     from tasks.surface.cell_kernel import MOMENTS, SUMS, add_points  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
 
-    sums, moments = np.zeros((cloud.n_stations, grid.n_heights, SECTORS, SUMS)), np.zeros(MOMENTS)
+    sums, moments = np.zeros((grid.size(cloud.n_stations), SUMS)), np.zeros(MOMENTS)
     add_points(
         cloud.points_m[rows],
         cloud.station_index[rows],
         table.origin_m,
         table.rows,
-        table.harmonics,
+        np.stack([table.harmonics.real.T, table.harmonics.imag.T], axis=1),
         (table.low_m, table.step_m),
         table.across,
-        (grid.low_m, grid.step_m),
-        sigma_m,
+        (grid.low_m, grid.step_m, grid.n_heights, sigma_m),
         TUKEY_CUT,
         sums,
         moments,

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.rows_between import rows_between
 from tasks.surface.blocks import Blocks, weigh_blocks
 from tasks.surface.cells import SECTORS, Cells, Grid, SurfacePoints, sum_cells
 from tasks.surface.choice import FULL_COVERAGE_DEG, Choice, Evidence, choose_form, fullest_form
 from tasks.surface.form import Form, design, kept_in
 from tasks.surface.noise import noise_by_direction, noise_of_all
-from tasks.surface.normal import Normal, Weighed, mean_radius_m, normal_of
+from tasks.surface.normal import Normal, Weighed, mean_radius_m, normal_of, normal_with
 from tasks.surface.poses import StationPoses, by_own_pose, by_pose_factors
 from tasks.surface.profile import Profile, ProfileTable, tabulate
 from tasks.surface.wall_modes import wall_variance
@@ -153,11 +154,8 @@ def start_profile(start: SurfaceStart, form: Form) -> Profile:
 
 
 def _within(cloud: SurfacePoints, shaft_z_m: tuple[float, float]) -> SurfacePoints:
-    z = cloud.points_m[:, 2]
-    inside = (z >= shaft_z_m[0]) & (z <= shaft_z_m[1])
-    if inside.all():
-        return cloud
-    return SurfacePoints(cloud.points_m[inside], cloud.station_index[inside], cloud.n_stations)
+    rows = rows_between(cloud.points_m[:, 2], *shaft_z_m)
+    return SurfacePoints(cloud.points_m[rows], cloud.station_index[rows], cloud.n_stations)
 
 
 def _sample(cloud: SurfacePoints) -> SurfacePoints:
@@ -279,12 +277,12 @@ def _choose(profile: Profile, cells: Cells, frame: _Frame) -> tuple[Choice, Prof
 def _on_cells(profile: Profile, cells: Cells, task: SurfaceTask) -> tuple[Profile, Cells, Blocks, Normal]:
     """Adjust a surface and the weights of the blocks by turns, on cells alone."""
     poses = _pose_terms(cells, profile, task)
-    share = np.ones(len(cells.weight))
-    normal = normal_of(Weighed(cells, share, poses), profile.form, profile.values_m)
+    normal = normal_of(Weighed(cells, np.ones(len(cells.weight)), poses), profile.form, profile.values_m)
     for _ in range(MOST_STEPS):
         freed = cells.moved(cells.residual_m - normal.without_poses(cells.residual_m))
         blocks = weigh_blocks(freed, HEIGHTS_OF_BLOCK, profile.form.size)
-        normal = normal_of(Weighed(cells, blocks.share, poses), profile.form, profile.values_m)
+        weighed = Weighed(cells, blocks.share, poses)
+        normal = normal_with(weighed, normal.design, profile.form, profile.values_m)
         step = normal.step()
         profile = profile.moved(step)
         cells = cells.moved(normal.design @ step)

@@ -98,15 +98,25 @@ class Weighed:
 
 def normal_of(weighed: Weighed, form: Form, values_m: NDArray[np.float64]) -> Normal:
     """Set up the normal equations of a form with values (p,), which the prior pulls to zero."""
-    cells, poses, weight = weighed.cells, weighed.poses, weighed.weight
-    terms = design(form, cells.foot_m, cells.direction)
-    weighted = terms * weight[:, None]
-    cross = weighted.T @ poses
-    inner = (poses * weight[:, None]).T @ poses + np.eye(poses.shape[1])
-    explained = np.linalg.solve(inner, np.column_stack([cross.T, poses.T @ (weight * cells.residual_m)]))
+    terms = design(form, weighed.cells.foot_m, weighed.cells.direction)
+    return normal_with(weighed, terms, form, values_m)
+
+
+def normal_with(
+    weighed: Weighed, terms: NDArray[np.float64], form: Form, values_m: NDArray[np.float64]
+) -> Normal:
+    """The same with the derivatives (c, p) of the form, which stay while cells keep their directions and heights."""
+    poses, weight = weighed.poses, weighed.weight
+    p, r = terms.shape[1], poses.shape[1]
+    columns = np.concatenate([terms, poses, weighed.cells.residual_m[:, None]], axis=1)
+    columns *= np.sqrt(weight)[:, None]
+    # a product of a matrix with itself takes half of the multiplications of others
+    products = columns.T @ columns
+    cross, inner = products[:p, p : p + r], products[p : p + r, p : p + r] + np.eye(r)
+    explained = np.linalg.solve(inner, np.column_stack([cross.T, products[p : p + r, -1]]))
     prior = prior_matrix(form, mean_radius_m(form, values_m))
-    matrix = weighted.T @ terms + prior - cross @ explained[:, :-1]
-    right = weighted.T @ cells.residual_m - prior @ values_m - cross @ explained[:, -1]
+    matrix = products[:p, :p] + prior - cross @ explained[:, :-1]
+    right = products[:p, -1] - prior @ values_m - cross @ explained[:, -1]
     return Normal(
         np.asarray((matrix + matrix.T) / 2.0), np.asarray(right), terms, weight, poses, inner, cross
     )

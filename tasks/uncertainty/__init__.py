@@ -12,6 +12,7 @@ from tasks.uncertainty.poses import combine, propagate_directional_poses, propag
 from tasks.uncertainty.slice_bootstrap import bootstrap_slices
 from tasks.uncertainty.slice_runs import form_of_slices
 from tasks.uncertainty.station_sums import (
+    Ring,
     Skin,
     base_leverage,
     changes_without_each,
@@ -19,11 +20,13 @@ from tasks.uncertainty.station_sums import (
     moved_by_poses,
     pose_jacobian,
     sum_by_station,
+    sum_ring_by_station,
 )
 
 __all__ = [
     "JointSlices",
     "PlacedStations",
+    "Ring",
     "Skin",
     "SlicedShaft",
     "Source",
@@ -44,4 +47,5 @@ __all__ = [
     "propagate_poses",
     "state_covariance",
     "sum_by_station",
+    "sum_ring_by_station",
 ]

@@ -5,7 +5,6 @@ from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincc
 
 from storage.errors import ShapeError
 from tasks.geometry.plane_vectors import small_sample_factor
@@ -70,6 +69,8 @@ def state_covariance(propagated: NDArray[np.float64], changes: NDArray[np.float6
     changes : (n, 2) array or None
         Change of the lean with each station left out; None where that cannot be said.
     """
+    from scipy.special import gammaincc  # noqa: PLC0415 (slow to import)
+
     if changes is None or len(changes) < LEAST_STATIONS:
         return Stated(propagated, None, "propagation", None)
     n, jackknife = len(changes), jackknife_covariance(changes)

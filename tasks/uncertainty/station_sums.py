@@ -43,6 +43,22 @@ class Skin:
     station: NDArray[np.integer]
 
 
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """A circle of a leaning, tapering shaft: which points of a slice count, and how they lie on it.
+
+    ``center_m`` (east, north) and ``radius_m`` are those at the height ``z_m``, site frame, metres; ``lean`` and ``taper``
+    change them with the height. Points count within ``near_m`` of it.
+    """
+
+    center_m: tuple[float, float]
+    z_m: float
+    radius_m: float
+    lean: tuple[float, float]
+    taper: float
+    near_m: float
+
+
 def sum_by_station(skin: Skin, n_stations: int) -> NDArray[np.float64]:
     """Sum up the points of a slice by station.
 
@@ -63,13 +79,32 @@ def sum_by_station(skin: Skin, n_stations: int) -> NDArray[np.float64]:
             f"sum_by_station needs outward (n, 3), residuals (n,) and stations (n,) of {n} points, "
             f"got {skin.outward.shape}, {skin.residual_m.shape} and {skin.station.shape}"
         )
-    terms = np.column_stack([skin.outward[:, :2], np.ones(n)])
-    by_pose = np.concatenate([np.cross(skin.points_m, skin.outward), skin.outward], axis=1)
-    columns = np.concatenate([terms, skin.residual_m[:, None], by_pose], axis=1)
+    from tasks.uncertainty.station_kernel import add_skin  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     sums = np.zeros((n_stations, 3, COLUMNS))
-    for number in range(n_stations):
-        own = skin.station == number
-        sums[number] = terms[own].T @ columns[own]
+    add_skin(skin.points_m, skin.outward, skin.residual_m, skin.station, sums)
+    return sums
+
+
+def sum_ring_by_station(
+    points_m: NDArray[np.float64], station: NDArray[np.integer], ring: Ring, n_stations: int
+) -> NDArray[np.float64]:
+    """The same (n_stations, 3, ``COLUMNS``) of the points (n, 3) of a slice that lie near a ring.
+
+    Raises
+    ------
+    ShapeError
+        If there is not one station a point.
+    """
+    from tasks.uncertainty.station_kernel import add_ring  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    if station.shape != (len(points_m),):
+        raise ShapeError(
+            f"sum_ring_by_station needs a station each of {len(points_m)} points, got {station.shape}"
+        )
+    sums = np.zeros((n_stations, 3, COLUMNS))
+    place = (*ring.center_m, ring.z_m, ring.radius_m, *ring.lean, ring.taper, ring.near_m)
+    add_ring(points_m, station, place, sums)
     return sums
 
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from flows.compile_kernels import compile_kernels
 from tasks.geometry import compiled
 
 
@@ -29,9 +30,36 @@ def test_where_nothing_can_be_written_nothing_is_kept(
     assert compiled._folder() == tmp_path / "cache" / f"compiled-{compiled.digest_of_kernels()}"
 
 
+def test_what_was_compiled_in_a_tree_that_can_only_be_read_is_copied(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = f"compiled-{compiled.digest_of_kernels()}"
+    tree, cache = tmp_path / "tree", tmp_path / "cache"
+    (tree / name).mkdir(parents=True, mode=0o755)
+    (tree / name / "index").write_text("machine code")
+    can_write = compiled._can_write
+    monkeypatch.setattr(compiled, "_can_write", lambda folder: folder.parent != tree and can_write(folder))
+    monkeypatch.setattr(compiled, "_places", lambda: iter([tree, cache]))
+    assert compiled._folder() == cache / name
+    assert (cache / name / "index").read_text() == "machine code"
+    monkeypatch.setattr(compiled, "_places", lambda: iter([tree]))
+    own = compiled._folder()
+    assert own is not None and own.parent != tree
+    assert (own / "index").read_text() == "machine code"
+
+
 def test_a_folder_that_others_may_write_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / f"compiled-{compiled.digest_of_kernels()}"
     folder.mkdir()
     folder.chmod(0o777)
     monkeypatch.setattr(compiled, "_places", lambda: iter([tmp_path]))
     assert compiled._folder() is None
+
+
+@pytest.mark.slow
+def test_the_set_up_compiles_what_a_run_needs() -> None:
+    compile_kernels()
+    folder = compiled._FOLDER
+    assert folder is not None
+    found = {index.name.split(".")[0] for index in folder.rglob("*.nbi")}
+    assert {"match_kernel", "neighbour_kernel", "cell_kernel", "circle_kernel", "kernels"} <= found

@@ -2,14 +2,15 @@ from dataclasses import replace
 
 import pytest
 
-from storage.records import CoverageCell, columns_of
+from storage.records import CoverageCell, RemovalRow, columns_of
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_quality import Outlook, rate_quality
 from tasks.epoch_tables import Home
 from tasks.exchange import plain, rebuild
 from tasks.next_station import NextStation
 from tasks.placing import PlacedCloud
-from tasks.quality_rows import coverage_rows, pair_rows, with_outlook
+from tasks.preprocessing import NOT_NEEDED
+from tasks.quality_rows import coverage_rows, pair_rows, told_of_thinning, with_outlook
 from tasks.registration import PairDiagnosis, registered_cloud
 from tests.storage.campaign import epoch_row
 from tests.unit.networks import MODEL, SHAFT_Z_M, registration, seen_from, sigmas
@@ -91,3 +92,15 @@ def test_quality_of_a_registered_cloud_says_why_it_suggests_nothing() -> None:
 )
 def test_an_outlook_travels_unchanged(outlook: Outlook) -> None:
     assert rebuild(Outlook, plain(outlook)) == outlook
+
+
+def removal(reason: str, n_points: int) -> RemovalRow:
+    return RemovalRow(structure="chimney-01", epoch="2025-03", step=0, reason=reason, n_points=n_points)
+
+
+def test_an_even_sample_of_the_shaft_is_told_and_the_whole_shaft_is_not() -> None:
+    rows = [removal("duplicate", 5), removal(NOT_NEEDED, 9_000), removal("kept", 1_000)]
+    assert told_of_thinning(rows, 1_000) == [
+        "of some 10,000 points on the shaft an even sample of 1,000 is used ([preprocessing] most_points = 1000)"
+    ]
+    assert told_of_thinning([removal(NOT_NEEDED, 0), removal("kept", 1_000)], 1_000) == []

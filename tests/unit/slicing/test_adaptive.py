@@ -32,12 +32,12 @@ def dense(n: int) -> NDArray[np.float64]:
 
 
 def variance_of(points: RingPoints) -> float:
-    sums = sum_layers(points, np.linspace(*SHAFT_M, 11))
+    sums = sum_layers([points], np.linspace(*SHAFT_M, 11))
     return float(center_variances(sums.between(np.array([0]), np.array([10])))[0])
 
 
 def cut(points: RingPoints, sigma_m: float = 0.001, most_m: float = 2.0) -> AdaptiveSlices:
-    return adaptive_slices(points, AdaptiveCut(sigma_m, 0.02, most_m), SHAFT_M, STRAIGHT)
+    return adaptive_slices([points], AdaptiveCut(sigma_m, 0.02, most_m), SHAFT_M, STRAIGHT)
 
 
 # science: variance of the less certain component in units of sigma^2 / N, by arc
@@ -138,7 +138,7 @@ def test_what_is_left_above_a_slice_of_greatest_thickness_shares_with_it() -> No
 
 def test_a_slice_is_no_thicker_than_the_bend_of_the_shaft_allows() -> None:
     limit = ThicknessLimit(np.array([2.0, 40.0, 60.0, 102.0]), np.array([np.inf, 0.3, np.inf]))
-    edges = adaptive_slices(ring(dense(10_000)), AdaptiveCut(0.001), SHAFT_M, limit).edges_m
+    edges = adaptive_slices([ring(dense(10_000))], AdaptiveCut(0.001), SHAFT_M, limit).edges_m
     bent = (edges[:-1] < 60.0) & (edges[1:] > 40.0)
     assert np.diff(edges)[bent].max() <= 0.3 + 1e-9
     assert np.diff(edges)[~bent].max() > 1.5
@@ -146,13 +146,13 @@ def test_a_slice_is_no_thicker_than_the_bend_of_the_shaft_allows() -> None:
 
 def test_a_shaft_below_the_least_thickness_has_no_slice() -> None:
     points = ring(np.linspace(5.0, 5.01, 100))
-    assert adaptive_slices(points, AdaptiveCut(0.001), (5.0, 5.01), STRAIGHT).edges_m.size == 0
+    assert adaptive_slices([points], AdaptiveCut(0.001), (5.0, 5.01), STRAIGHT).edges_m.size == 0
     assert cut_between(points.z_m, np.empty(0)) == []
 
 
 def test_a_shaft_upside_down_is_misuse() -> None:
     with pytest.raises(ShapeError, match="lo < hi"):
-        adaptive_slices(ring(dense(100)), AdaptiveCut(0.001), (5.0, 2.0), STRAIGHT)
+        adaptive_slices([ring(dense(100))], AdaptiveCut(0.001), (5.0, 2.0), STRAIGHT)
     with pytest.raises(ShapeError, match="one length"):
         RingPoints(dense(3), np.zeros(2), np.zeros(3))
 

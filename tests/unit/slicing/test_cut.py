@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from storage.errors import ShapeError
-from tasks.slicing import SCHEMES, cut_between, cut_slices, slice_heights
+from tasks.slicing import SCHEMES, cut_between, cut_slices, rows_between_edges, rows_of_slices, slice_heights
 
 
 def test_each_slice_holds_the_points_of_equation_2() -> None:
@@ -58,3 +58,17 @@ def test_points_from_the_bottom_up_are_cut_as_any_others(seed: int) -> None:
         assert sum(map(len, plain)) > 1_000
         for rows, runs in zip(plain, sorted_first, strict=True):
             assert rows.tolist() == np.sort(rising[runs]).tolist()
+
+
+def test_rows_of_heights_that_ascend_are_those_of_their_indices() -> None:
+    z_m = np.sort(np.random.default_rng(4).uniform(0.0, 10.0, 2_000))
+    heights_m, edges_m = np.arange(0.5, 10.0, 0.25), np.linspace(1.0, 9.0, 17)
+    for rising in (True, False):
+        order = np.arange(2_000) if rising else np.random.default_rng(5).permutation(2_000)
+        z, number = z_m[order], np.arange(2_000)
+        for rows, indices in (
+            (rows_of_slices(z, heights_m, 1.0), cut_slices(z, heights_m, 1.0)),
+            (rows_between_edges(z, edges_m), cut_between(z, edges_m)),
+        ):
+            assert all(isinstance(run, slice) == rising for run in rows)
+            assert all(np.array_equal(number[run], index) for run, index in zip(rows, indices, strict=True))
