@@ -4,7 +4,7 @@
 # make lint    style, types, import rules;  make format  put the style right
 # make setup   the set-up alone
 # make lock    resolve requirements.lock anew
-# Each does all the set-up alone, into .venv: the first time about a minute, then nothing.
+# Each does all the set-up alone, into .venv: the first time about two minutes, then nothing.
 
 # which Python .venv is made with; left empty: the first of python3, python3.13, 3.12, 3.11 that fits
 PYTHON ?=

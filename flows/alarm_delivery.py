@@ -7,6 +7,7 @@ from datetime import datetime
 from flows.alarm_events import tell_prefect
 from flows.alarm_targets import Letter, send
 from flows.alarm_text import body_of, facts_of_event, title_of
+from flows.prefect_home import take_home, users_server
 from storage.alarm_log import UNNUMBERED, append_alarm_events
 from storage.catalog import rebuild_catalog
 from storage.locks import delivery_lock
@@ -60,6 +61,8 @@ def evaluate_and_deliver(
         If the catalog or the log cannot be read or written.
     """
     events = evaluate_alarms(workspace, campaign, now, pending)
+    if events and users_server() is not None:
+        take_home(workspace)
     tell_prefect(events)
     return Alarmed(tuple(events), tuple(deliver_alarms(workspace, campaign, now)))
 

@@ -23,9 +23,12 @@ from prefect.context import (
     SyncClientContext,
     serialize_context,
 )
+from prefect.events.clients import NullEventsClient
+from prefect.events.worker import EventsWorker
 from prefect.task_engine import run_task_sync
 from prefect_dask.task_runners import DaskTaskRunner, PrefectDaskFuture
 
+from flows.prefect_home import users_server
 from storage.errors import InputError
 from tasks.geometry.side_by_side import keep_to_threads
 
@@ -50,6 +53,7 @@ class SharedDaskTaskRunner(DaskTaskRunner):
             parameters,
             task_run_id,
             _context_of_flow(),
+            users_server() is None,
             key=f"{name}-{task_run_id.hex}",
             pure=False,
         )
@@ -81,9 +85,13 @@ def runner_of(address: str) -> SharedDaskTaskRunner:
 
 
 def run_on_worker(
-    task: Task[..., Any], parameters: dict[str, Any], task_run_id: UUID, context: bytes
+    task: Task[..., Any], parameters: dict[str, Any], task_run_id: UUID, context: bytes, quiet: bool
 ) -> State[Any]:
-    """Run a stage on this worker, as a part of the flow that asked for it; gives its final state."""
+    """Run a stage on this worker, as a part of the flow that asked for it; gives its final state.
+
+    With ``quiet`` the server is told no events (flows/quiet_engine).
+    """
+    EventsWorker.set_client_override(NullEventsClient if quiet else None)
     keep_to_threads(get_worker().state.nthreads)
     with _ready_for(context) as known:
         state: State[Any] = run_task_sync(  # type: ignore[assignment]

@@ -29,7 +29,7 @@ from tasks.plan import plan_occasion, plan_references, plan_standard
 from tasks.preprocessing import Removal
 from tasks.produced import Json
 from tasks.publishing import EpochTables, publish, with_other_schemes
-from tasks.quality_rows import with_outlook
+from tasks.quality_rows import told_of_thinning, with_outlook
 from tasks.reference_rows import reference_rows
 from tasks.scheme_comparison import EpochAxes, compare_schemes
 from tasks.stages import fit_scheme_axis, fit_whole_surface, map_whole_surface, slice_shaft
@@ -45,6 +45,7 @@ def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
     campaign = work.campaign
     store_settings(work.workspace, campaign.digest, campaign.filled_in_json())
     tables = _tables(work, result)
+    result.notes += told_of_thinning(tables.removals, work.campaign.preprocessing.most_points)
     left_out: tuple[str, ...] = ()
     if work.partial:
         merged = with_other_schemes(work.workspace, tables, plan_standard(campaign, work.epoch))

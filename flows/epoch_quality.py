@@ -2,7 +2,7 @@
 
 from flows.epoch_work import EpochResult, EpochWork
 from flows.placing_steps import registration_of
-from flows.stage_calls import artifact_of
+from flows.stage_calls import Pending, artifact_of
 from storage.artifacts import get_rows
 from storage.records import CoverageCell, CoverageRow, PairRow
 from tasks.epoch_quality import Outlook
@@ -13,11 +13,11 @@ from tasks.quality_rows import coverage_rows, pair_rows
 from tasks.stages import rate_coverage
 
 
-def rate_coverage_of(work: EpochWork, result: EpochResult) -> None:
-    """Count who saw which part of the shaft, and find where one more station would help most."""
+def ask_for_coverage(work: EpochWork, result: EpochResult) -> Pending | None:
+    """Count who saw which part of the shaft, and find where one more station would help most; beside the schemes."""
     if result.shaft is None or result.shaft.refusal is not None or result.registration is None:
-        return
-    result.coverage = work.calls.call(
+        return None
+    return work.calls.submit(
         rate_coverage,
         "coverage",
         shaft={name: artifact_of(result.shaft, name) for name in ("points", "stations", "model")},
@@ -25,6 +25,13 @@ def rate_coverage_of(work: EpochWork, result: EpochResult) -> None:
         sigmas=plain(plan_sigmas(work.campaign)),
         shaft_z_m=plain(work.campaign.structure.shaft_z_m),
     )
+
+
+def take_coverage(work: EpochWork, result: EpochResult, asked: Pending | None) -> None:
+    """Wait for the coverage that was asked for."""
+    if asked is None:
+        return
+    result.coverage = work.calls.finish(asked)
     if result.coverage.refusal is not None:
         result.notes.append(f"coverage: {result.coverage.refusal}")
 

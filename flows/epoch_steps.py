@@ -18,13 +18,22 @@ def measure_schemes(work: EpochWork, result: EpochResult) -> None:
     """Measure the shaft under every scheme and method: by slices and their axis, or by its whole surface."""
     if result.shaft is None or result.shaft.refusal is not None:
         return
-    begun = [(axis, _ask_for_scheme(work, result, result.shaft, axis)) for axis in work.axes]
-    measured = [(axis, work.calls.finish(pending)) for axis, pending in begun]
-    fitted = [(axis, found, _ask_for_axis(work, result, axis, found)) for axis, found in measured]
-    result.outcomes = tuple(
-        _scheme_outcome(work, axis, found, found if pending is None else work.calls.finish(pending))
-        for axis, found, pending in fitted
-    )
+    # a whole surface takes longest: it begins first and is waited for last, beside all slices and their axes
+    longest_first = sorted(work.axes, key=_is_sliced)
+    begun = [(axis, _ask_for_scheme(work, result, result.shaft, axis)) for axis in longest_first]
+    fitted = []
+    for axis, pending in sorted(begun, key=lambda each: not _is_sliced(each[0])):
+        found = work.calls.finish(pending)
+        fitted.append((axis, found, _ask_for_axis(work, result, axis, found)))
+    outcomes = {
+        axis.label: _scheme_outcome(work, axis, found, found if asked is None else work.calls.finish(asked))
+        for axis, found, asked in fitted
+    }
+    result.outcomes = tuple(outcomes[axis.label] for axis in work.axes)
+
+
+def _is_sliced(axis: PlannedAxis) -> bool:
+    return axis.scheme.surface is None
 
 
 def evaluate_schemes(work: EpochWork, result: EpochResult) -> None:

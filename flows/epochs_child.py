@@ -41,6 +41,7 @@ def main(words: Sequence[str]) -> None:
     from flows.flow_run_states import tag_of
     from flows.known_code import known_code
     from flows.ledger import RunLedger, current_ledger
+    from flows.quiet_engine import quiet_engine
     from storage.run_record import journal_of
     from storage.workspace import Workspace
     from tasks.settings.intake import load_with_intake
@@ -52,7 +53,7 @@ def main(words: Sequence[str]) -> None:
     asked = EpochsRequest(
         request.campaign_file, request.workspace, tuple(request.epochs), tuple(request.schemes)
     )
-    with known_code(place), tags(tag_of(request.run)):
+    with known_code(place), tags(tag_of(request.run)), quiet_engine():
         process_epochs(asked, load_with_intake(Path(request.campaign_file), Path(request.workspace)), place)
 
 

@@ -11,8 +11,9 @@ from typing import Final
 from prefect.client.orchestration import get_client
 from prefect.settings import PREFECT_API_URL, temporary_settings
 
+from flows.catalog_follower import CatalogFollower
 from flows.dask_cluster import Cluster, joined_cluster
-from flows.epochs_loop import CatalogFollower, EpochFlow, EpochsRequest, process_epoch
+from flows.epochs_loop import EpochFlow, EpochsRequest, process_epoch
 from flows.ledger import RunLedger, StageEvent, current_ledger
 from flows.monitor_epoch import monitor_epoch
 from flows.outcome import EpochOutcome
@@ -40,7 +41,7 @@ def process_on_dask(request: EpochsRequest, campaign: Campaign, place: Workspace
     address = str(campaign.execution.address)
     with get_client(sync_client=True) as client:
         api_url = str(client.api_url).rstrip("/")
-    needed = needed_of(place.place, api_url, Path(request.campaign_file))
+    needed = needed_of(place.place, api_url, Path(request.campaign_file), campaign.execution.memory_gb)
     # a worker must not start a server of its own, as a run does that is given none
     with joined_cluster(address, needed) as cluster, temporary_settings({PREFECT_API_URL: api_url}):
         return _process_on(cluster, request, campaign, place)

@@ -20,10 +20,7 @@ from prefect.client.schemas.objects import FlowRun, StateType
 from prefect.settings import PREFECT_API_URL
 from prefect.states import Crashed
 
-from flows.prefect_home import OWN_ADDRESS
-
-OWN_SERVER: Final = "own"
-"""Stands for the server that runs of a workspace start for themselves; its database lies in the workspace."""
+from flows.prefect_home import OWN_ADDRESS, OWN_SERVER
 
 UNDER_WAY: Final = [StateType.PENDING, StateType.RUNNING, StateType.CANCELLING, StateType.PAUSED]
 

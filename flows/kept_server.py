@@ -46,6 +46,20 @@ LOOK_EVERY_S: Final = 0.05
 
 LOG: Final = "server.log"
 
+UNUSED_SERVICES: Final = (
+    "CANCELLATION_CLEANUP",
+    "CLEANUP_RECONCILER",
+    "EVENT_PERSISTER",
+    "FOREMAN",
+    "LATE_RUNS",
+    "PAUSE_EXPIRATIONS",
+    "REPOSSESSOR",
+    "SCHEDULER",
+    "TASK_RUN_RECORDER",
+    "TRIGGERS",
+)
+"""Services of Prefect's server for schedules, workers, automations and events, none of which a workspace has."""
+
 OK: Final = 200
 UNAUTHORIZED: Final = 401
 
@@ -250,12 +264,28 @@ def _start(
     except OSError as fault:
         raise NoServerError(f"it cannot be started: {fault}") from fault
     _started.append(process)
-    with process.stdout:
-        told = process.stdout.readline().strip()
-    if not told.isdigit():
+    told = _first_line(process)
+    if told is None or not told.isdigit():
+        process.kill()
         process.wait()
-        raise NoServerError(_why(folder, ended=True))
+        raise NoServerError(_why(folder, ended=told is not None))
     return process, ServerRecord(mark, version_of_servers(), str(folder), process.pid, int(told), secret)
+
+
+def _first_line(process: "subprocess.Popen[bytes]") -> bytes | None:
+    """What a server tells first; None where it does not within two minutes."""
+    told: list[bytes] = []
+
+    def read() -> None:
+        if process.stdout is not None:
+            with process.stdout:
+                told.append(process.stdout.readline().strip())
+
+    # not every system can wait for a pipe with a time limit
+    reader = threading.Thread(target=read, name="first-line", daemon=True)
+    reader.start()
+    reader.join(START_S)
+    return told[0] if told else None
 
 
 def _apart() -> Mapping[str, object]:
@@ -274,11 +304,12 @@ def _environment(folder: Path, secret: str) -> dict[str, str]:
     }
     path = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {
+        **{f"PREFECT_SERVER_SERVICES_{service}_ENABLED": "false" for service in UNUSED_SERVICES},
         **ours,
         "PYTHONPATH": os.pathsep.join(path),
         "PREFECT_HOME": str(folder),
         "PREFECT_UI_ENABLED": "0",
-        # as Prefect starts one for a single run: without the services for schedules, workers and automations
+        # as Prefect starts one for a single run: with fewer services
         "PREFECT__SERVER_EPHEMERAL": "1",
         "PREFECT__SERVER_FINAL": "1",
         SECRET_VARIABLE: secret,

@@ -5,11 +5,13 @@ from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from pathlib import Path
 
 from flows.journal_lines import StageAsked, asked_line, outcome_line, row_line, scans_line
 from flows.outcome import EpochOutcome
 from storage.records import StageRunRow
 from storage.run_record import RunJournal
+from storage.verified import Stamp
 from tasks.produced import Produced
 
 
@@ -48,6 +50,8 @@ class RunLedger:
     rows: list[StageRunRow] = field(default_factory=list)
     scans: dict[str, str] = field(default_factory=dict)
     """Digest of every scan that the run has seen, and whose it was first."""
+    digests: dict[tuple[Path, Stamp], str] = field(default_factory=dict)
+    """Digest of every scan that the run has hashed, under what would change with its content."""
     journal: RunJournal | None = None
     """Where it is written as it happens, so that a run that is killed can be told of (flows/run_keeping)."""
     anew: set[str] | None = None

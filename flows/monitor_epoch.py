@@ -1,4 +1,4 @@
-"""One epoch, from station scans to published rows, in the order of the paper's method section."""
+"""The flow of one epoch: its method (flows/epoch_method.py) with stages that Prefect runs and caches."""
 
 from pathlib import Path
 from typing import Final
@@ -7,26 +7,16 @@ from prefect import flow
 from prefect.serializers import JSONSerializer
 
 from flows.campaign_read import read_campaign
-from flows.epoch_publication import publish_result
-from flows.epoch_quality import rate_coverage_of
-from flows.epoch_steps import evaluate_schemes, measure_schemes
-from flows.epoch_work import EpochResult, EpochWork
+from flows.epoch_method import process_epoch_of
+from flows.epoch_work import EpochWork
 from flows.ledger import current_ledger
-from flows.level_steps import leave_out_unlevel
-from flows.map_steps import map_surface_of
 from flows.outcome import EpochOutcome
-from flows.placing_steps import isolate_shaft_of, register_scans, tell_suspects
-from flows.scan_steps import read_scans
-from flows.stable_steps import take_stable
 from flows.stage_calls import StageCalls
+from flows.stage_tasks import FlowStages
 from storage.errors import InputError, UsageError
-from storage.locks import epoch_lock
 from storage.places import with_store
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
-
-WAIT_FOR_OTHERS_S: Final = 4 * 3600.0
-"""Another run of the same epoch is waited for: what it computes is then found in the cache."""
 
 PLAIN_JSON: Final = JSONSerializer(object_encoder=None, object_decoder=None)
 """Prefect stores the exception of a failed flow whatever ``persist_result`` says; this way never as a pickle."""
@@ -49,20 +39,7 @@ def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[
     InputError
         If the campaign has no such epoch.
     """
-    work = _begin(campaign_file, workspace, epoch, schemes)
-    result = EpochResult()
-    with epoch_lock(work.workspace, work.campaign.structure.id, epoch, timeout_s=WAIT_FOR_OTHERS_S):
-        read_scans(work, result)
-        take_stable(work, result)
-        register_scans(work, result)
-        isolate_shaft_of(work, result)
-        leave_out_unlevel(work, result)
-        tell_suspects(work, result)
-        rate_coverage_of(work, result)
-        measure_schemes(work, result)
-        map_surface_of(work, result)
-        evaluate_schemes(work, result)
-        return publish_result(work, result)
+    return process_epoch_of(_begin(campaign_file, workspace, epoch, schemes))
 
 
 def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochWork:
@@ -77,6 +54,6 @@ def _begin(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -
         raise UsageError(
             f"monitor_epoch needs the ledger of monitor_campaign: call monitor_campaign(..., epochs=[{epoch!r}])"
         )
-    calls = StageCalls(ledger, epoch, place.place)
+    calls = StageCalls(ledger, epoch, place.place, FlowStages())
     axes = tuple(plan_axes(campaign, schemes))
     return EpochWork(campaign, chosen, place, calls, axes, partial=bool(schemes))

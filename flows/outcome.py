@@ -1,9 +1,10 @@
 """How epochs and runs end, for whoever started them."""
 
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
-from storage.errors import TiltwatchError
+from storage.errors import InputError, StorageError, TiltwatchError
 
 
 class EpochsFailedError(TiltwatchError):
@@ -31,3 +32,12 @@ class RunOutcome:
     computed: int
     cached: int
     epochs: tuple[EpochOutcome, ...]
+
+
+def failed_epoch(epoch: str, fault: Exception) -> EpochOutcome:
+    """How an epoch ended that met an exception: as bad input where the user can mend it, else as a fault of the program."""
+    if isinstance(fault, InputError | StorageError):
+        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=True)
+    reason = f"fault of the program: {type(fault).__name__}: {fault}"
+    told = "".join(traceback.format_exception(fault))
+    return EpochOutcome(epoch, "failed", (reason,), bad_input=False, fault=told)

@@ -1,7 +1,14 @@
 """Settings of Prefect for one workspace, made before Prefect is imported: its own home and server, quiet, no telemetry."""
 
+import atexit
+import hashlib
+import math
 import os
+import re
+import shutil
+import socket
 import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +17,8 @@ from typing import Final
 
 from flows.kept_server import NoServerError, ServerSearch, keep_alive
 from flows.terminal import note
+from flows.workflow_server import version_of_servers
+from storage.errors import UsageError
 from storage.workspace import Workspace
 
 ADDRESS: Final = "PREFECT_API_URL"
@@ -18,6 +27,9 @@ SECRET: Final = "PREFECT_API_AUTH_STRING"  # noqa: S105 (its name)
 
 OWN_ADDRESS: Final = "TILTWATCH_SERVER"
 """Address of the server that belongs to the workspace; children inherit it, and so know it from one that a user named."""
+
+OWN_SERVER: Final = "own"
+"""Stands for the server that runs of a workspace start for themselves; its database lies in the workspace."""
 
 KEEP_VARIABLE: Final = "TILTWATCH_KEEP_SERVER_S"
 """Stands above keep_server_s of the campaign file: for tests and machines that must be left empty."""
@@ -34,15 +46,27 @@ class Engine:
     keep_s: float
 
     def wait(self) -> None:
-        """Wait for the server; where it does not come up, Prefect starts one for this process alone."""
+        """Wait for the server; where it does not come up, for one of this process alone."""
         if self.search is None:
             return
         try:
-            lease = self.search.wait()
+            _follow(self.search, self.keep_s)
         except NoServerError as fault:
-            _use_none(fault)
-            return
-        _followed[lease.record.folder] = keep_alive(lease, self.keep_s)
+            private = _private_search(fault)
+            if private is not None:
+                _follow_or_leave_it_to_prefect(private)
+
+
+def _follow(search: ServerSearch, keep_s: float) -> None:
+    lease = search.wait()
+    _followed[lease.record.folder] = keep_alive(lease, keep_s)
+
+
+def _follow_or_leave_it_to_prefect(search: ServerSearch) -> None:
+    try:
+        _follow(search, 0.0)
+    except NoServerError as fault:
+        _use_none(fault)
 
 
 def prepare_prefect(workspace: Workspace, keep_server_s: float) -> Engine:
@@ -51,22 +75,71 @@ def prepare_prefect(workspace: Workspace, keep_server_s: float) -> Engine:
     A server that the user names by PREFECT_API_URL is used; otherwise the workspace has one of its own on loopback, which
     outlives the run by ``keep_server_s``. What the user set in the environment wins. The records of stages are in the
     workspace in any case: the flow says so itself.
+
+    Raises
+    ------
+    UsageError
+        If ``TILTWATCH_KEEP_SERVER_S`` is no number of seconds.
     """
-    for name, value in _defaults(workspace.prefect).items():
-        os.environ.setdefault(name, value)
+    keep_s = _kept_for(keep_server_s)
+    take_home(workspace)
     home = Path(os.environ["PREFECT_HOME"]).expanduser().resolve()
-    keep_s = float(os.environ.get(KEEP_VARIABLE) or keep_server_s)
     if users_server() is not None or _is_in_use(home):
         return Engine(None, keep_s)
     try:
         search = ServerSearch(home, keep_s)
     except NoServerError as fault:
-        _use_none(fault)
-        return Engine(None, keep_s)
+        return Engine(_private_search(fault), 0.0)
     if not search.is_up:
         note("starting the workflow engine: some seconds")
     _point_to(search.record.url, search.record.secret)
     return Engine(search, keep_s)
+
+
+def take_home(workspace: Workspace) -> None:
+    """Let Prefect, which reads its settings when it is imported, be at home in the workspace, and quiet."""
+    for name, value in _defaults(workspace.prefect / _own_home()).items():
+        os.environ.setdefault(name, value)
+
+
+def _own_home() -> str:
+    """Name of the home of this machine and version: servers of two of them must not meet on one record and database."""
+    host = re.sub(r"[^A-Za-z0-9.-]", "-", socket.gethostname()) or "host"
+    return f"{host}-{hashlib.sha256(version_of_servers().encode()).hexdigest()[:8]}"
+
+
+def _kept_for(keep_server_s: float) -> float:
+    text = os.environ.get(KEEP_VARIABLE)
+    if not text:
+        return keep_server_s
+    try:
+        keep_s = float(text)
+    except ValueError:
+        keep_s = math.nan
+    if not 0.0 <= keep_s < math.inf:
+        raise UsageError(
+            f"{KEEP_VARIABLE} is {text!r}; give it seconds from 0 on, as 600, or leave it out of the environment"
+        )
+    return keep_s
+
+
+def _private_search(fault: NoServerError) -> ServerSearch | None:
+    """Begin to start a server for this process alone, in a folder that goes with it; None where Prefect is to do it.
+
+    The server sees by its connection when this process ends, however it does; one that Prefect starts is left behind by
+    a process that is killed.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="tiltwatch-engine-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    try:
+        search = ServerSearch(folder, 0.0)
+    except NoServerError:
+        _use_none(fault)
+        return None
+    note(f"the workspace has no workflow server to keep: {fault}; this run has one for itself")
+    os.environ["PREFECT_HOME"] = str(folder)
+    _point_to(search.record.url, search.record.secret)
+    return search
 
 
 def users_server() -> str | None:
@@ -81,7 +154,7 @@ def _is_in_use(home: Path) -> bool:
 
 
 def _use_none(fault: NoServerError) -> None:
-    note(f"the workspace has no workflow server to keep: {fault}; this run starts one for itself")
+    note(f"no workflow server can be started: {fault}; this run leaves that to Prefect")
     for name in (ADDRESS, SECRET, OWN_ADDRESS):
         os.environ.pop(name, None)
     _let_prefect_read()

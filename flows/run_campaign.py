@@ -1,14 +1,15 @@
 """Run a campaign from the command line or a notebook: Prefect prepared, every stage told, the outcome counted."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.outcome import EpochOutcome, RunOutcome
 from flows.prefect_home import prepare_prefect
-from flows.settled_run import outcomes_of_settled_run
+from flows.settled_epochs import chosen_epochs, settled_outcomes
+from flows.settled_run import finish_settled_run, has_unfinished_runs
 from storage.workspace import Workspace, open_workspace
 from tasks.settings import Campaign
 from tasks.settings.intake import load_with_intake
@@ -30,8 +31,12 @@ class RunRequest:
     """Look away from epochs whose scans, settings and code did not change since they were published."""
 
 
-def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) -> RunOutcome:
+def run_campaign(
+    request: RunRequest, on_event: Callable[[StageEvent], None], campaign: Campaign | None = None
+) -> RunOutcome:
     """Process what is not processed yet; ``on_event`` is told of every stage as it begins and ends.
+
+    Who has read the campaign file just now, with what came through an inbox, may hand that over.
 
     Raises
     ------
@@ -40,14 +45,13 @@ def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) ->
     StorageError
         If the workspace cannot be used.
     """
-    campaign = load_with_intake(request.campaign_file, request.workspace)
+    campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
     workspace = open_workspace(request.workspace)
     ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
     try:
-        outcomes = _without_engine(request, campaign, workspace, ledger)
-        if outcomes is None:
-            outcomes = _with_engine(request, campaign, workspace)
+        with known_code(workspace):
+            outcomes = _outcomes(request, campaign, workspace, ledger)
     finally:
         current_ledger.reset(token)
     return RunOutcome(
@@ -55,29 +59,58 @@ def run_campaign(request: RunRequest, on_event: Callable[[StageEvent], None]) ->
     )
 
 
-def _without_engine(
+def _outcomes(
     request: RunRequest, campaign: Campaign, workspace: Workspace, ledger: RunLedger
-) -> list[EpochOutcome] | None:
-    """How the epochs ended, where none of them must be looked at."""
-    if not request.only_new or request.anew or request.schemes:
-        return None
-    with known_code(workspace):
-        file = str(request.campaign_file)
-        return outcomes_of_settled_run(workspace, campaign, file, list(request.epochs), ledger)
+) -> list[EpochOutcome]:
+    """How the epochs ended; the engine is started where a stage may have to be computed."""
+    asked = list(request.epochs)
+
+    def with_engine(epochs: Sequence[str]) -> list[EpochOutcome]:
+        return _with_engine(replace(request, epochs=tuple(epochs)), campaign, workspace)
+
+    if request.anew or has_unfinished_runs(workspace):
+        return with_engine(asked)
+    chosen = chosen_epochs(campaign, str(request.campaign_file), asked)
+    settled: dict[str, EpochOutcome] = {}
+    if request.only_new and not request.schemes:
+        settled = settled_outcomes(workspace, campaign, chosen)
+        if len(settled) == len(chosen):
+            finish_settled_run(workspace, campaign, ledger)
+            return [settled[epoch] for epoch in chosen]
+    if not _may_be_on_record(request, campaign, workspace):
+        return with_engine(asked)
+    # what epochs are worked on with takes a moment to import
+    from flows.epochs_on_record import RecordedRequest  # noqa: PLC0415
+    from flows.recorded_run import outcomes_of_recorded_run  # noqa: PLC0415
+
+    recorded = RecordedRequest(campaign, workspace, request.schemes)
+    left = [epoch for epoch in chosen if epoch not in settled]
+    done = outcomes_of_recorded_run(recorded, left, ledger, with_engine)
+    by_epoch = {**settled, **{outcome.epoch: outcome for outcome in done}}
+    return [by_epoch[epoch] for epoch in chosen]
+
+
+def _may_be_on_record(request: RunRequest, campaign: Campaign, workspace: Workspace) -> bool:
+    """Whether it is worth a look: a cluster looks itself, side by side, and a time limit wants a process that can end."""
+    execution = campaign.execution
+    here = execution.engine == "local" and execution.store is None and request.time_limit_s is None
+    return here and workspace.records.is_dir() and any(workspace.records.iterdir())
 
 
 def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) -> list[EpochOutcome]:
     engine = prepare_prefect(workspace, campaign.execution.keep_server_s)
     # Prefect reads its settings when it is imported; its server starts meanwhile
     from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
+    from flows.quiet_engine import quiet_engine  # noqa: PLC0415
     from flows.run_guard import RunGuard  # noqa: PLC0415
 
     engine.wait()
-    return monitor_campaign(
-        str(request.campaign_file),
-        str(workspace.root),
-        list(request.epochs),
-        list(request.schemes),
-        None if request.time_limit_s is None else RunGuard(request.time_limit_s),
-        only_new=request.only_new,
-    )
+    with quiet_engine():
+        return monitor_campaign(
+            str(request.campaign_file),
+            str(workspace.root),
+            list(request.epochs),
+            list(request.schemes),
+            None if request.time_limit_s is None else RunGuard(request.time_limit_s),
+            only_new=request.only_new,
+        )

@@ -7,12 +7,11 @@ from dataclasses import replace
 from prefect import tags
 from prefect.runtime import deployment, flow_run
 
-from flows.cut_short import rows_of_cut_run
 from flows.flow_run_states import server_in_use, tag_of
 from flows.ledger import RunLedger
+from flows.record_keeping import kept_record
 from flows.recovery import settle_dead_runs
-from storage.ledger import append_run
-from storage.run_record import end_record, held_record, record_of_this_process
+from storage.run_record import record_of_this_process
 from storage.workspace import Workspace
 
 
@@ -34,16 +33,5 @@ def kept_run(workspace: Workspace, ledger: RunLedger) -> Iterator[None]:
         flow_run=flow_run.id,
         deployment=deployment.id,
     )
-    with held_record(workspace, record) as journal, tags(tag_of(ledger.run)):
-        ledger.journal = journal
-        try:
-            yield
-        except BaseException as fault:
-            told = f"the run was cut short: {type(fault).__name__}: {fault}".rstrip(": ")
-            lines, _end = journal.lines()
-            rows = rows_of_cut_run(ledger.run, ledger.structure, lines, told)
-            append_run(workspace, ledger.run, ledger.structure, rows)
-            end_record(workspace, ledger.run, finished=False)
-            raise
-        append_run(workspace, ledger.run, ledger.structure, ledger.rows)
-        end_record(workspace, ledger.run, finished=True)
+    with kept_record(workspace, ledger, record), tags(tag_of(ledger.run)):
+        yield

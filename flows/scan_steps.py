@@ -1,12 +1,17 @@
 """The first step of an epoch: every scan that the campaign names is read, or refused with a reason."""
 
+import time
+from pathlib import Path
 from typing import cast
 
 from flows.epoch_work import EpochResult, EpochWork, ReadScan
+from flows.ledger import RunLedger
 from flows.stage_calls import Pending
 from storage.digests import file_sha256
 from storage.errors import StorageError
 from storage.scan_files import offer_scan
+from storage.settled import YOUNGEST_NS
+from storage.verified import stamp_of
 from tasks.epoch_tables import ScanInput
 from tasks.exchange import plain
 from tasks.plan import PlannedScan, plan_scans
@@ -47,7 +52,7 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str,
         what = "is a folder; name the scan itself" if plan.path.is_dir() else "no such file; check the path"
         return plan, f"{plan.path}: {what} in the campaign file", None
     try:
-        digest = file_sha256(plan.path)
+        digest = _digest_of(work.calls.ledger, plan.path)
     except StorageError as fault:
         return plan, str(fault), None
     offer_scan(work.workspace, plan.path, digest)
@@ -60,6 +65,18 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str,
         request=plain(plan.request),
     )
     return plan, digest, pending
+
+
+def _digest_of(ledger: RunLedger, path: Path) -> str:
+    """SHA-256 of a scan; a run reads a scan that does not change once, however often it asks."""
+    stamp = stamp_of(path)
+    known = None if stamp is None else ledger.digests.get((path, stamp))
+    if known is not None:
+        return known
+    digest = file_sha256(path)
+    if stamp is not None and time.time_ns() - stamp.mtime_ns > YOUNGEST_NS:
+        ledger.digests[path, stamp] = digest
+    return digest
 
 
 def _finish_scan(

@@ -9,10 +9,7 @@ from typing import Final
 
 from flows.outcome import EpochOutcome
 from storage.errors import InputError
-from storage.parquet import read_rows
-from storage.records import EpochRow
-from storage.settled import is_settled, settle, stamps_of
-from storage.tables import table_path
+from storage.settled import settle, settled_by, stamps_of
 from storage.verified import Stamp
 from storage.workspace import Workspace
 from tasks.code_version import library_versions
@@ -49,12 +46,10 @@ def settled_outcomes(place: Workspace, campaign: Campaign, epochs: Sequence[str]
         if epoch is None:
             continue
         scans = _scans(campaign, epoch)
-        if is_settled(place, campaign.structure.id, name, inputs.digest_of(epoch), scans):
-            path = table_path(place, "epochs", campaign.structure.id, name)
-            (row,) = read_rows(path, "epochs", EpochRow)
-            reasons = () if row.reason is None else (row.reason,)
-            notes = (f"unchanged since run {row.run}",)
-            found[name] = EpochOutcome(name, row.state, reasons, bad_input=False, notes=notes)
+        published_by = settled_by(place, campaign.structure.id, name, inputs.digest_of(epoch), scans)
+        if published_by is not None:
+            notes = (f"unchanged since run {published_by}",)
+            found[name] = EpochOutcome(name, "ok", (), bad_input=False, notes=notes)
     return found
 
 
@@ -84,7 +79,7 @@ def settle_epochs(place: Workspace, campaign: Campaign, outcomes: Sequence[Epoch
 
 
 @lru_cache(maxsize=1)
-def _program() -> str:
+def program_digest() -> str:
     """Digest of all sources and numeric libraries: whatever changed in them, the epochs are looked at once more."""
     digest = hashlib.sha256("\n".join(library_versions()).encode())
     for package in PACKAGES:
@@ -106,7 +101,7 @@ class _Inputs:
     def digest_of(self, epoch: Epoch) -> str:
         """Digest of the settings, of the epoch and the reference epoch in them, and of the program."""
         needed = [self._epochs[name] for name in sorted({epoch.id, self._reference})]
-        text = json.dumps([self._settings, needed, _program()], sort_keys=True)
+        text = json.dumps([self._settings, needed, program_digest()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
 

@@ -2,18 +2,30 @@
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Protocol
 
-from prefect import Task
-from prefect.context import TagsContext
-from prefect.futures import PrefectFuture
-
-from flows.dask_cluster import told_of_cluster
 from flows.journal_lines import StageAsked
 from flows.ledger import RunLedger, StageDone
 from storage.errors import InputError, StorageError
-from tasks.caching import Identity, anew, identity_of
-from tasks.produced import Cost, Produced, produced_from_json
+from tasks.caching import Identity, Stage, identity_of
+from tasks.produced import Cost, Produced
+
+
+class Answer(Protocol):
+    """What becomes of a stage that was asked for."""
+
+    def result(self) -> Produced:
+        """Wait for it; what it raised is raised."""
+
+    def was_cached(self) -> bool:
+        """Whether it was on record; to be asked when the result is there."""
+
+
+class Stages(Protocol):
+    """Who answers for stages: the runner of a flow, or what is on record."""
+
+    def ask(self, stage: Stage, label: str, inputs: dict[str, Any], key: str, *, anew: bool) -> Answer:
+        """Ask for a stage, whose key is given; with ``anew`` it is computed although it is on record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +35,7 @@ class Pending:
     label: str
     identity: Identity
     started_at: datetime
-    future: PrefectFuture[Any]
+    answer: Answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +45,12 @@ class StageCalls:
     ledger: RunLedger
     epoch: str
     workspace: str
+    stages: Stages
     on_behalf: str = ""
     """Stands before the label of every stage: of another epoch, whose stages this one needs."""
 
-    def submit(self, stage: Task[..., Any], label: str, **inputs: Any) -> Pending:
-        """Ask for a stage; it runs beside others."""
+    def submit(self, stage: Stage, label: str, **inputs: Any) -> Pending:
+        """Ask for a stage; it may run beside others."""
         label = f"{self.on_behalf}{label}"
         self.ledger.begin(self.epoch, label)
         inputs["workspace"] = self.workspace
@@ -46,11 +59,9 @@ class StageCalls:
         self.ledger.asked(
             StageAsked(self.epoch, label, started_at, identity.cache_key, identity.code_version)
         )
-        called = anew(stage) if self.ledger.wants_anew(identity.cache_key) else stage
-        # for a stage that inherits the tags of its run the server is asked for a slot for every tag, before it begins
-        with TagsContext(current_tags=set()):
-            future = called.submit(**inputs)
-        return Pending(label, identity, started_at, future)
+        anew = self.ledger.wants_anew(identity.cache_key)
+        answer = self.stages.ask(stage, label, inputs, identity.cache_key, anew=anew)
+        return Pending(label, identity, started_at, answer)
 
     def finish(self, pending: Pending) -> Produced:
         """Wait for a stage and note it; a fault of the program is noted and raised again.
@@ -58,19 +69,16 @@ class StageCalls:
         A refusal that was raised is one like any other, but was not cached.
         """
         try:
-            produced = produced_from_json(pending.future.result())
+            produced = pending.answer.result()
         except InputError as refusal:
             produced = Produced(Cost(0.0, None, None), refusal=str(refusal))
         except Exception as fault:
-            told = told_of_cluster(pending.label, fault)
-            self._note(pending, cached=False, produced=None, fault=f"{type(told).__name__}: {told}")
-            if told is fault:
-                raise
-            raise told from fault
-        self._note(pending, cached=pending.future.state.name == "Cached", produced=produced, fault=None)
+            self._note(pending, cached=False, produced=None, fault=f"{type(fault).__name__}: {fault}")
+            raise
+        self._note(pending, cached=pending.answer.was_cached(), produced=produced, fault=None)
         return produced
 
-    def call(self, stage: Task[..., Any], label: str, **inputs: Any) -> Produced:
+    def call(self, stage: Stage, label: str, **inputs: Any) -> Produced:
         """Ask for a stage and wait for it."""
         return self.finish(self.submit(stage, label, **inputs))
 

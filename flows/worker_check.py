@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from prefect import Task
-
 from storage.digests import file_sha256, text_sha256
 from storage.errors import InputError, TiltwatchError
 from storage.places import check_store, is_on_s3
 from tasks import stages
+from tasks.caching import Stage
 from tasks.code_version import code_version
+from tasks.memory_room import allow_memory
 
 ANSWER_S: Final = 10.0
 """So long a worker tries to reach the server."""
@@ -28,23 +28,26 @@ class Needed:
     api_url: str
     shared_files: Mapping[str, str]
     """SHA-256 of files that every worker must see under the same path; none where the store is on S3."""
+    memory_gb: float | None
+    """What the stages of a worker may take together."""
 
 
-def needed_of(place: str, api_url: str, campaign_file: Path) -> Needed:
+def needed_of(place: str, api_url: str, campaign_file: Path, memory_gb: float | None) -> Needed:
     """What the workers must have for a run that keeps its artifacts at ``place``."""
     proofs = () if is_on_s3(place) else (Path(place) / "workspace.json", campaign_file.absolute())
-    return Needed(place, api_url, {str(path): file_sha256(path) for path in proofs})
+    return Needed(place, api_url, {str(path): file_sha256(path) for path in proofs}, memory_gb)
 
 
 def version_of_stages() -> str:
     """Digest of the code of all stages, as this machine has it, and of what runs it."""
-    made = {name: code_version(task.fn) for name, task in vars(stages).items() if isinstance(task, Task)}
+    made = {name: code_version(known.fn) for name, known in vars(stages).items() if isinstance(known, Stage)}
     lines = [f"{name} {version}" for name, version in sorted(made.items())]
     return text_sha256("\n".join([*lines, platform.python_version().rpartition(".")[0]]))
 
 
 def examine_worker(needed: Needed) -> tuple[str, tuple[str, ...]]:
-    """Look at this worker: the version of its stages, and what it lacks. Runs on the worker."""
+    """Look at this worker: the version of its stages, and what it lacks; it learns its bound. Runs on the worker."""
+    allow_memory(needed.memory_gb)
     lacks = [*_unseen_files(needed), *_unusable_store(needed), *_unreachable_server(needed)]
     return version_of_stages(), tuple(lacks)
 

@@ -71,5 +71,7 @@ Invoke-Checked "compiling" $venvPython @("-m", "compileall", "-q", "flows", "tas
 if ($LASTEXITCODE -ne 0) {
     Say "open3d does not load; without it there is no simulation, so no demo. It needs Microsoft's Visual C++ runtime."
 }
+Say "compiling the numeric loops, once (half a minute)"
+& $venvPython -m flows.compile_kernels
 Set-Content -LiteralPath $ready -Value $here -Encoding UTF8
 Say "ready: .venv\Scripts\tiltwatch --help"

@@ -105,5 +105,7 @@ install_packages
 .venv/bin/python -m pip install --quiet --no-deps --no-build-isolation -e .
 .venv/bin/python -m compileall -q flows tasks storage
 provide_libraries
+say "compiling the numeric loops, once (half a minute)"
+.venv/bin/python -m flows.compile_kernels || true
 printf '%s\n' "$here" >.venv/ready
 say "ready"

@@ -8,8 +8,9 @@ from typing import Final
 import duckdb
 import pyarrow as pa
 
+from storage.arrow_columns import arrow_column
 from storage.catalog_parts import CATALOG_TABLES, Part, key_columns, read_part
-from storage.parquet import schema_of
+from storage.parquet import table_from_rows
 from storage.records import columns_of
 from storage.view_definitions import VIEWS, view_definition
 
@@ -55,7 +56,7 @@ def read_rows_in(connection: duckdb.DuckDBPyConnection, table: str, parts: Seque
     StorageError
         If a file is damaged.
     """
-    empty = schema_of(table, CATALOG_TABLES[table]).empty_table()
+    empty = table_from_rows(table, CATALOG_TABLES[table], [])
     with ThreadPoolExecutor(READERS) as pool:
         content = pa.concat_tables([empty, *pool.map(read_part, parts)])
     _insert(connection, content.combine_chunks(), f"INSERT INTO data.{table} SELECT * FROM incoming")  # noqa: S608 - as above
@@ -76,25 +77,24 @@ def fill_dictionary(connection: duckdb.DuckDBPyConnection) -> None:
         "CREATE TABLE main.data_dictionary (table_name VARCHAR NOT NULL, column_name VARCHAR NOT NULL, "
         "unit VARCHAR NOT NULL, meaning VARCHAR NOT NULL, nullable BOOLEAN NOT NULL)"
     )
-    rows = [
-        {
-            "view": view,
-            "name": field.name,
-            "unit": field.unit,
-            "meaning": field.meaning,
-            "nullable": field.nullable,
-        }
-        for view, record in VIEWS.items()
-        for field in columns_of(record)
-    ]
-    _insert(connection, pa.Table.from_pylist(rows), "INSERT INTO main.data_dictionary SELECT * FROM incoming")
+    fields = [(view, field) for view, record in VIEWS.items() for field in columns_of(record)]
+    columns = {
+        "view": arrow_column([view for view, _ in fields], pa.string()),
+        "name": arrow_column([field.name for _, field in fields], pa.string()),
+        "unit": arrow_column([field.unit for _, field in fields], pa.string()),
+        "meaning": arrow_column([field.meaning for _, field in fields], pa.string()),
+        "nullable": arrow_column([field.nullable for _, field in fields], pa.bool_()),
+    }
+    _insert(connection, pa.table(columns), "INSERT INTO main.data_dictionary SELECT * FROM incoming")
     _comment(connection, "TABLE main.data_dictionary", "a row is a column of a view: its unit and meaning")
 
 
 def _keys(table: str, parts: Sequence[Part]) -> pa.Table:
     columns = key_columns(table)
     values = zip(*(part.key for part in parts), strict=True) if parts else [()] * len(columns)
-    return pa.table({name: pa.array(each, pa.string()) for name, each in zip(columns, values, strict=True)})
+    return pa.table(
+        {name: arrow_column(each, pa.string()) for name, each in zip(columns, values, strict=True)}
+    )
 
 
 def _insert(connection: duckdb.DuckDBPyConnection, incoming: pa.Table, sql: str) -> None:

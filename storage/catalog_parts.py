@@ -8,6 +8,7 @@ from typing import Final
 
 import pyarrow as pa
 
+from storage.arrow_columns import arrow_column
 from storage.errors import StorageError
 from storage.parquet import read_table, schema_of, table_from_rows
 from storage.records import TABLES, TiltRow
@@ -93,8 +94,8 @@ def _read_archive(part: Part) -> pa.Table:
             return table_from_rows(VERSIONS, VersionRow, [read_manifest(part.path.parent).row])
         content = read_table(part.path, "tilt", TiltRow)
     except StorageError:
-        return schema.empty_table()
-    version = pa.array([part.key[1]] * content.num_rows, pa.string())
+        return table_from_rows(part.table, CATALOG_TABLES[part.table], [])
+    version = arrow_column([part.key[1]] * content.num_rows, pa.string())
     return pa.Table.from_arrays([*content.columns, version], schema=schema)
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from datetime import UTC, datetime, timedelta
+from datetime import datetime
 from functools import cache
 from math import isfinite
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import Any, Final, TypeVar, cast
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from storage.arrow_columns import MICROSECOND, MICROSECONDS, START_OF_TIME, arrow_column
 from storage.errors import StorageError
 from storage.records import Field, columns_of
 from storage.workspace import SCHEMA_VERSION
@@ -23,11 +24,9 @@ ARROW_TYPES: Final[Mapping[type, pa.DataType]] = {
     int: pa.int64(),
     float: pa.float64(),
     str: pa.string(),
-    datetime: pa.timestamp("us", tz="UTC"),
+    datetime: MICROSECONDS,
 }
 
-_START_OF_TIME: Final = datetime(1970, 1, 1, tzinfo=UTC)
-_MICROSECOND: Final = timedelta(microseconds=1)
 _INT64: Final = range(-(2**63), 2**63)
 
 
@@ -66,7 +65,7 @@ def table_from_rows(table: str, record: type[Row], rows: Sequence[Row]) -> pa.Ta
             )
     schema = schema_of(table, record)
     columns = [_checked_column(table, field, rows) for field in columns_of(record)]
-    arrays = [pa.array(values, type=kind) for values, kind in zip(columns, schema.types, strict=True)]
+    arrays = [arrow_column(values, kind) for values, kind in zip(columns, schema.types, strict=True)]
     return pa.Table.from_arrays(arrays, schema=schema)
 
 
@@ -80,13 +79,13 @@ def rows_from_table(content: pa.Table, record: type[Row]) -> list[Row]:
 
 def python_values(content: pa.Table, field: Field) -> Iterator[Value | None]:
     """Values of one column as Python has them; times in UTC."""
-    column = content.column(field.name)
+    stored = content.column(field.name)
     if field.python_type is not datetime:
-        yield from column.to_pylist()
+        yield from stored.to_pylist()
         return
     # by hand, because pyarrow wants a time zone database for UTC, which Windows lacks
-    for micros in column.cast(pa.timestamp("us", tz="UTC")).cast(pa.int64()).to_pylist():
-        yield None if micros is None else _START_OF_TIME + micros * _MICROSECOND
+    for micros in stored.cast(MICROSECONDS).cast(pa.int64()).to_pylist():
+        yield None if micros is None else START_OF_TIME + micros * MICROSECOND
 
 
 def encode_rows(table: str, record: type[Row], rows: Sequence[Row]) -> bytes:

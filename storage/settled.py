@@ -9,6 +9,8 @@ from typing import Final
 from storage.atomic import write_atomically
 from storage.digests import text_sha256
 from storage.ids import check_id
+from storage.parquet import read_rows
+from storage.records import EpochRow
 from storage.tables import EPOCH_TABLES, table_path
 from storage.verified import Stamp, stamp_of
 from storage.workspace import Workspace
@@ -17,8 +19,8 @@ YOUNGEST_NS: Final = 2_000_000_000
 """A file that changed within a tick of the system's clock may change again and keep its time."""
 
 
-def is_settled(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bool:
-    """Whether an epoch is published from these inputs and scans, and its tables are as they were published.
+def settled_by(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> str | None:
+    """Run that published an epoch from these inputs and scans; None where it is another, or its tables changed since.
 
     Parameters
     ----------
@@ -27,9 +29,12 @@ def is_settled(ws: Workspace, structure: str, epoch: str, inputs: str, scans: It
     scans : paths
         Files that it was read from; known by inode, size and time of change, not read.
     """
+    try:
+        run, put_down = json.loads(_place(ws, structure, epoch).read_bytes())
+    except (OSError, ValueError, TypeError):
+        return None
     mark = _mark(ws, structure, epoch, inputs, scans)
-    path = _place(ws, structure, epoch)
-    return mark is not None and path.is_file() and path.read_bytes() == mark
+    return str(run) if mark is not None and mark == put_down else None
 
 
 def stamps_of(scans: Iterable[Path]) -> dict[Path, Stamp | None]:
@@ -61,7 +66,8 @@ def settle(
     mark = _mark(ws, structure, epoch, inputs, before)
     if mark is None or stamps_of(before) != before or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
         return False
-    write_atomically(_place(ws, structure, epoch), mark)
+    (row,) = read_rows(table_path(ws, "epochs", structure, epoch), "epochs", EpochRow)
+    write_atomically(_place(ws, structure, epoch), json.dumps([row.run, mark]).encode())
     return True
 
 
@@ -70,11 +76,11 @@ def _place(ws: Workspace, structure: str, epoch: str) -> Path:
     return folder / f"{check_id(epoch, 'an epoch')}.json"
 
 
-def _mark(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> bytes | None:
+def _mark(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> str | None:
     """What tells an epoch's inputs and tables apart from others; None where a file is absent."""
     tables = [table_path(ws, table, structure, epoch) for table in EPOCH_TABLES]
     stamps = [(str(path), stamp_of(path)) for path in (*scans, *tables)]
     if any(stamp is None for _, stamp in stamps):
         return None
     told = [[path, str(stamp)] for path, stamp in stamps]
-    return json.dumps({"inputs": inputs, "files": text_sha256(json.dumps(told))}).encode()
+    return text_sha256(json.dumps([inputs, told]))

@@ -1,8 +1,8 @@
 """The figures of this program, measured on this machine and written to benchmarks/RESULTS.md.
 
-`make bench`, or `.venv/bin/python -m benchmarks.results [SECTION ...]` for some of: points, stations, cores, start,
-queries, peers, epochs. Sections that are measured replace theirs in the file, the others stay. Scans are simulated once
-into --folder. With `--millions 1 10 100` it takes about an hour and 20 GB of disk.
+`make bench`, or `.venv/bin/python -m benchmarks.results [SECTION ...]` for some of: points, las, stations, cores,
+start, queries, peers, epochs. Sections that are measured replace theirs in the file, the others stay. Scans are
+simulated once into --folder. With `--millions 1 10 100` it takes about an hour and 20 GB of disk.
 """
 
 import argparse
@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from benchmarks.results.epochs import more_epochs
-from benchmarks.results.growth import by_cores, by_points, by_stations
+from benchmarks.results.growth import by_cores, by_points, by_points_of_las, by_stations
 from benchmarks.results.machine import ROOT
 from benchmarks.results.peers import beside_peers
 from benchmarks.results.queries import query_times
@@ -23,6 +23,7 @@ Measurement = Callable[[argparse.Namespace, Path], Section]
 
 SECTIONS: Mapping[str, Measurement] = {
     "points": lambda asked, folder: by_points(folder, asked.millions),
+    "las": lambda asked, folder: by_points_of_las(folder, asked.millions),
     "stations": lambda asked, folder: by_stations(folder, asked.points // 8, asked.stations),
     "cores": lambda asked, folder: by_cores(folder, asked.points),
     "start": lambda _asked, folder: starts(folder, 160_000),

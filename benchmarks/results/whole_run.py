@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
+import laspy
 import psutil
 
 from storage.catalog import read_catalog
@@ -19,11 +20,21 @@ from tasks.simulated_campaign import SimulatedCampaignRequest, write_simulated_c
 LOOK_S: Final = 0.02
 
 DECODE: Final = """
+import os
 import sys
+from concurrent.futures import ThreadPoolExecutor
 import laspy
-for path in sys.argv[1:]:
-    laspy.read(path, laz_backend=laspy.LazBackend.LazrsParallel)
+import numpy as np
+
+def decode(path):
+    las = laspy.read(path, laz_backend=laspy.LazBackend.LazrsParallel)
+    return len(np.column_stack([las.x, las.y, las.z])) if sys.argv[1] == "metres" else len(las.points)
+
+with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    list(pool.map(decode, sys.argv[2:]))
 """
+
+COPY_POINTS: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,10 +60,25 @@ def campaign_of(folder: Path, points: int, stations: int = 8, epochs: int = 1) -
     return write_simulated_campaign(folder / f"{points}-{stations}-{epochs}", request)
 
 
+def as_las(campaign: Path) -> Path:
+    """The same campaign with its scans as LAS; kept beside it for the next time."""
+    home = campaign.parent.with_name(f"{campaign.parent.name}-las")
+    copy = home / campaign.name
+    if not copy.is_file():
+        for scan in scans_of(campaign):
+            target = home / scan.parent.name / f"{scan.stem}.las"
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with laspy.open(scan) as source, laspy.open(target, mode="w", header=source.header) as written:
+                for piece in source.chunk_iterator(COPY_POINTS):
+                    written.write_points(piece)
+        copy.write_text(campaign.read_text(encoding="utf-8").replace(".laz", ".las"), encoding="utf-8")
+    return copy
+
+
 def scans_of(campaign: Path) -> list[Path]:
     """Scans of its first epoch."""
     first = sorted(path for path in campaign.parent.iterdir() if path.is_dir())[0]
-    return sorted(first.glob("*.laz"))
+    return sorted(first.glob("*.la[sz]"))
 
 
 def timed_run(campaign: Path, workspace: Path, words: Sequence[str] = ()) -> WholeRun:
@@ -71,9 +97,9 @@ def timed_run(campaign: Path, workspace: Path, words: Sequence[str] = ()) -> Who
     return WholeRun(process, span.total_seconds(), dict(by_stage))
 
 
-def timed_decoding(scans: Sequence[Path]) -> Measured:
-    """Only decode scans, with laspy and lazrs in parallel, one after the other."""
-    return watched([sys.executable, "-c", DECODE, *map(str, scans)])
+def timed_decoding(scans: Sequence[Path], what: Literal["records", "metres"]) -> Measured:
+    """Only decode scans, a file a core, LAZ with the parallel decoder: the records, or x, y and z in metres, too."""
+    return watched([sys.executable, "-c", DECODE, what, *map(str, scans)])
 
 
 def watched(command: Sequence[str]) -> Measured:

@@ -1,4 +1,4 @@
-"""The servers that a measurement needs, on loopback, and how Prefect is told of its own before it is imported."""
+"""How Prefect is told of its server before it is imported: one as runs have it, on loopback."""
 
 import os
 from collections.abc import Iterator
@@ -6,15 +6,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tests.dask_cluster import ONE_THREAD
-from tests.prefect_server import prefect_server
 
 
 @contextmanager
-def prefect_for(folder: Path) -> Iterator[str]:
-    """Run a Prefect server as long as the block lasts, and name it to this process."""
+def prefect_for(folder: Path) -> Iterator[None]:
+    """Let all runs of this process share one server, which the first of them starts and which ends with the process."""
     home = folder / "prefect"
     home.mkdir(parents=True, exist_ok=True)
-    os.environ.update(ONE_THREAD)
-    with prefect_server(home) as url:
-        os.environ.update(PREFECT_API_URL=url, PREFECT_HOME=str(home), PREFECT_LOGGING_LEVEL="CRITICAL")
-        yield url
+    os.environ.update(ONE_THREAD, PREFECT_HOME=str(home), TILTWATCH_KEEP_SERVER_S="0")
+    # a server that somebody named would be asked for more, and share no processors
+    os.environ.pop("PREFECT_API_URL", None)
+    yield

@@ -15,6 +15,7 @@ from flows.commands.options import (
     workspace_of,
 )
 from flows.terminal import answer, log_into, note, terminal
+from flows.version import VERSION
 from storage.errors import InputError, UsageError
 
 if TYPE_CHECKING:
@@ -62,11 +63,12 @@ def run(  # noqa: PLR0913 - the words of a command
         Look away from epochs whose scans, settings and code did not change since they were published: their scans are not
         even read. Without it every scan is read and compared with its digest.
     """
+    # what is imported below takes a second
+    note(f"tiltwatch {VERSION}: reading {file}")
     campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, epoch)
     if scheme:
         _check_schemes(campaign, scheme)
-    # what is imported below takes a second or two
     note(f"{campaign.structure.id}: {len(epoch or campaign.epochs)} epochs")
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
@@ -76,7 +78,7 @@ def run(  # noqa: PLR0913 - the words of a command
     log_into(place / LOGS)
     with progress() as on_event:
         outcome = run_campaign(
-            RunRequest(file, place, epoch, scheme, time_limit_s, only_new=only_new), on_event
+            RunRequest(file, place, epoch, scheme, time_limit_s, only_new=only_new), on_event, campaign
         )
     found = conditions_of_run(campaign, outcome)
     tell_errors(outcome.epochs)

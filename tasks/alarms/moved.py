@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from functools import cache
+from math import log, sqrt
 
 from tasks.alarms.model import Finding, Point, RuleKind, millimetres
 from tasks.alarms.record import Change, EpochState, Record
@@ -55,9 +56,7 @@ class MovedRule:
         """Size that would just be significant: the statistic grows with the square of the change."""
         if change.statistic is None or change.freedom is None:
             return None
-        from scipy.special import chdtri  # noqa: PLC0415 (slow to import, and every command reads settings)
-
-        needed = float(chdtri(change.freedom, self.p))
+        needed = _critical(change.freedom, self.p)
         if change.statistic > 0.0 and change.size_m > 0.0:
             return change.size_m * sqrt(needed / change.statistic)
         return None if change.sigma_m is None else change.sigma_m * sqrt(needed)
@@ -76,6 +75,16 @@ class MovedRule:
         if change.east is None or change.north is None or other.east is None or other.north is None:
             return True
         return change.east * other.east + change.north * other.north > 0.0
+
+
+@cache
+def _critical(freedom: int, p: float) -> float:
+    """Chi-square of so many degrees of freedom that chance exceeds with probability p; of two it is -2 ln p."""
+    if freedom == 2:
+        return -2.0 * log(p)
+    from scipy.special import chdtri  # noqa: PLC0415 (slow to import, and every run asks for the alarms)
+
+    return float(chdtri(freedom, p))
 
 
 KIND = RuleKind(

@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import fdtrc
 
 from tasks.change.chi_square import SIGNIFICANT_P
 
@@ -109,6 +108,8 @@ def compare_centres(before: Centres, after: Centres, axis_error: AxisError) -> C
     axis_error : AxisError
         Of the difference of the axes, points and poses.
     """
+    from scipy.special import fdtrc  # noqa: PLC0415 (slow to import)
+
     nearest = np.abs(before.z_m[:, None] - after.z_m[None, :])
     old, new = np.nonzero(nearest < SAME_HEIGHT_M)
     if len(old) < LEAST_CENTRES:
@@ -224,6 +225,8 @@ def _positive_part(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _placed(found: CentreChange, split: _Split, factor: float, freedom: float) -> CentreChange:
     """Say which run of slices moved beside the smooth part, if one did: the one whose common shift explains most."""
+    from scipy.special import fdtrc  # noqa: PLC0415 (slow to import)
+
     information, score = split.left_over(factor)
     m = found.n
     sums = np.zeros((m + 1, m + 1, 2, 2))

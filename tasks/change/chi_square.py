@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, chdtri
 
 from storage.errors import ShapeError
 
@@ -38,6 +37,8 @@ class ChangeTest:
     @property
     def p_value(self) -> float:
         """Probability of such a statistic or a larger one by chance."""
+        from scipy.special import chdtrc  # noqa: PLC0415 (slow to import)
+
         return float(chdtrc(self.freedom, self.statistic))
 
     @property
@@ -85,6 +86,7 @@ def chi_square_test(difference: NDArray[np.float64], covariance: NDArray[np.floa
 def detectable_factor(freedom: int, significance: float = SIGNIFICANT_P, power: float = POWER) -> float:
     """Root of the noncentrality at which a test of that many degrees of freedom has that power."""
     from scipy.optimize import brentq  # noqa: PLC0415 (slow to import, and every run compares)
+    from scipy.special import chdtri  # noqa: PLC0415 (slow to import)
     from scipy.stats import ncx2  # noqa: PLC0415
 
     critical = float(chdtri(freedom, significance))

@@ -7,10 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from laspy import DecompressionSelection, LasReader, LazBackend
 from numpy.typing import NDArray
 
 from storage.errors import InputError
@@ -21,6 +20,9 @@ from tasks.ingest.las_units import check_units
 from tasks.ingest.laz_chunks import read_chunks
 from tasks.ingest.scan import ScanRequest
 from tasks.ingest.third_party import decoding
+
+if TYPE_CHECKING:
+    from laspy import DecompressionSelection, LasReader, LazBackend
 
 PIECE_BYTES: Final = 32 << 20
 """Of decoded records, held at a time."""
@@ -48,8 +50,10 @@ class CheckedLas:
     notes: tuple[str, ...]
 
     @property
-    def backend(self) -> LazBackend:
+    def backend(self) -> "LazBackend":
         """The decoder."""
+        from laspy import LazBackend  # noqa: PLC0415 (slow to import)
+
         is_large = self.chunk_points * self.header.record_bytes > PARALLEL_CHUNK_BYTES
         return LazBackend.Lazrs if is_large else LazBackend.LazrsParallel
 
@@ -88,6 +92,8 @@ def decoded_integers(path: Path, checked: CheckedLas) -> Iterator[NDArray[np.int
     InputError
         If the points cannot be decoded, or are fewer than the header states.
     """
+    from laspy import DecompressionSelection  # noqa: PLC0415 (slow to import)
+
     # the point formats before 6 cannot be decoded in part and ignore what is asked for
     wanted = DecompressionSelection.base().decompress_z()
     integers = np.empty((0, 3), np.int32)
@@ -112,6 +118,8 @@ def decoded_extra(
     InputError
         If they are not there, cannot be decoded, or the points are fewer than the header states.
     """
+    from laspy import DecompressionSelection  # noqa: PLC0415 (slow to import)
+
     with path.open("rb") as file:
         reader = _reader(path, file, checked, DecompressionSelection.base().decompress_all_extra_bytes())
         names = list(reader.header.point_format.extra_dimension_names)
@@ -131,8 +139,10 @@ def decoded_extra(
 
 
 def _reader(
-    path: Path, file: BufferedReader, checked: CheckedLas, wanted: DecompressionSelection
-) -> LasReader:
+    path: Path, file: BufferedReader, checked: CheckedLas, wanted: "DecompressionSelection"
+) -> "LasReader":
+    from laspy import LasReader  # noqa: PLC0415 (slow to import)
+
     with decoding(path):
         return LasReader(
             file,
@@ -143,7 +153,7 @@ def _reader(
         )
 
 
-def _decoded(path: Path, reader: LasReader, checked: CheckedLas) -> Iterator[NDArray[np.uint8]]:
+def _decoded(path: Path, reader: "LasReader", checked: CheckedLas) -> Iterator[NDArray[np.uint8]]:
     """Records (m, bytes of a record) of a compressed file; each piece is overwritten by the next."""
     n_points, record_bytes = checked.header.n_points, checked.header.record_bytes
     with decoding(path):

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
 
 from storage.errors import ShapeError
 from tasks.trend.series import LeanSeries
@@ -125,6 +124,7 @@ def control_limit(run_length: float, allowance: float = ALLOWANCE, charts: int =
     ShapeError
         If no limit from 0.5 to 15 does.
     """
+    from scipy import optimize  # noqa: PLC0415 (slow to import)
 
     def excess(limit: float) -> float:
         return average_run_length(allowance, limit, 0.0, charts) - run_length
@@ -146,6 +146,8 @@ class _TwoSided:
 
         The sides are not quite independent: their product is a little too long, by a power that is near 1.
         """
+        from scipy import optimize  # noqa: PLC0415 (slow to import)
+
         power = optimize.brentq(lambda tried: _summed(self.sides**tried) - self.mean, 0.5, 2.0)
         return np.asarray(self.sides**power)
 
@@ -160,6 +162,8 @@ def _two_sided(allowance: float, limit: float, shift: float) -> _TwoSided:
 
 def _one_sided(against: float, limit: float) -> NDArray[np.float64]:
     """Transitions of one CUSUM below its limit, from 0 and the nodes to 0 and the nodes with their weights."""
+    from scipy import special  # noqa: PLC0415 (slow to import)
+
     nodes = np.concatenate([[0.0], limit * (NODES + 1.0) / 2.0])
     T = np.empty((len(nodes), len(nodes)))
     T[:, 0] = special.ndtr(against - nodes)

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from tasks.geometry.failure import FitFailure
 from tasks.trend.outlook import Outlook, PlaneVector, mean_of
@@ -150,6 +149,8 @@ def _outlook(fits: list[Estimate], sigma: WalkSigma, span: float, common: NDArra
 
 def _misfit_p(model: WalkModel, rotated: Rotated, sigma: WalkSigma) -> float:
     """Tail probability of the weighted square sum of residuals under the REML sigma."""
+    from scipy import special  # noqa: PLC0415 (slow to import)
+
     walk = 0.0 if sigma.reml is None else sigma.reml
     return float(special.chdtrc(len(rotated.left), misfit(model, rotated.left, walk)))
 

@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from storage.errors import ShapeError
 from tasks.trend.outlook import Outlook
@@ -141,6 +140,8 @@ def probability_inside(
     The component along the mean is integrated in closed form, the one across by Gauss-Legendre over the part of 8 sigmas
     that the circle holds; in the angle, so that its edge does no harm.
     """
+    from scipy import special  # noqa: PLC0415 (slow to import)
+
     sizes = np.linalg.norm(means, axis=-1)
     still = sizes == 0.0
     along = np.where(still[..., None], [1.0, 0.0], means / np.where(still, 1.0, sizes)[..., None])

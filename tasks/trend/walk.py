@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg, optimize
 
 from storage.errors import ShapeError
 from tasks.trend.series import LeanSeries
@@ -91,6 +90,8 @@ def build_model(series: LeanSeries, columns: NDArray[np.float64], random_walk: b
     ShapeError
         If the columns are not (n, p), depend on each other, or leave nothing over.
     """
+    from scipy import linalg  # noqa: PLC0415 (slow to import)
+
     n, unknowns = series.n_epochs, 2 * columns.shape[1]
     if columns.shape[0] != n or unknowns >= 2 * n:
         raise ShapeError(f"build_model needs columns (n, p) with p < n = {n}; got {columns.shape}")
@@ -181,6 +182,7 @@ def _coarse_nodes(spectrum: NDArray[np.float64], left: NDArray[np.float64]) -> N
 
 def _reml(spectrum: NDArray[np.float64], left: NDArray[np.float64], low: float, high: float) -> float:
     """Maximum between two nodes beside the largest; 0 where nothing asks for a walk."""
+    from scipy import optimize  # noqa: PLC0415 (slow to import)
 
     def height(sigma: float) -> float:
         return -float(log_likelihood(spectrum, left, np.array([sigma]))[0])

@@ -1,6 +1,7 @@
 """Runs that are interrupted, that meet a fault of the program, or that run at the same time."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -9,7 +10,6 @@ from collections.abc import Iterable
 from datetime import datetime, timedelta
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from flows.ledger import StageEvent
@@ -19,7 +19,7 @@ from storage.records import StageRunRow
 from storage.tables import EPOCH_TABLES
 from storage.verify import verify_workspace
 from storage.workspace import Workspace
-from tasks.preprocessing import isolate_shaft
+from tasks.preprocessing import isolate_scans
 from tests.faults.sites import FIRST, SECOND, Site, state_of
 from tests.flows.calls import ROOT
 from tests.flows.campaigns import STRUCTURE, rows
@@ -42,13 +42,13 @@ def break_second(monkeypatch: pytest.MonkeyPatch, site: Site, fault: Exception) 
     site.file.write_text(text, encoding="utf-8")
     calls = []
 
-    def isolate(points_m: np.ndarray, *rest: object) -> object:  # type: ignore[type-arg]
-        calls.append(points_m)
+    def isolate(scans: object, *rest: object) -> object:
+        calls.append(scans)
         if len(calls) == 2:
             raise fault
-        return isolate_shaft(points_m, *rest)  # type: ignore[arg-type]
+        return isolate_scans(scans, *rest)  # type: ignore[arg-type]
 
-    monkeypatch.setattr("tasks.epoch_shaft.isolate_shaft", isolate)
+    monkeypatch.setattr("tasks.epoch_shaft.isolate_scans", isolate)
 
 
 @pytest.mark.parametrize("stage", ["registration", "evaluation"])
@@ -132,6 +132,7 @@ def test_a_drive_that_was_away_for_a_moment_is_not_remembered(
     content = bytearray(scan.read_bytes())
     content[30] ^= 0xFF  # the name of the writing system: the file is new to the cache, its points are not
     scan.write_bytes(content)
+    os.utime(scan, (0.0, 0.0))
     opened, open_file = [], Path.open
 
     def open_once(path: Path, *rest: object, **named: object) -> object:

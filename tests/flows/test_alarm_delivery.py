@@ -251,6 +251,23 @@ def test_prefect_is_told_nothing_where_no_server_is_named(
     assert tell_prefect(alarmed(stored).events) == 0
 
 
+def test_prefect_is_at_home_in_the_workspace_when_it_is_told_of_alarms(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # what is set on the way is taken back with the rest
+    for name in ("PREFECT_HOME", "DO_NOT_TRACK", "PREFECT_LOGGING_LEVEL", "RAY_USAGE_STATS_ENABLED"):
+        monkeypatch.setenv(name, "")
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("PREFECT_API_URL", "http://127.0.0.1:9/api")
+    homes: list[str] = []
+    monkeypatch.setattr(
+        "flows.alarm_delivery.tell_prefect", lambda _rows: homes.append(os.environ.get("PREFECT_HOME", ""))
+    )
+    publish(stored, "e1", 0, FAIL)
+    assert alarmed(stored).events
+    assert Path(homes[0]).parent == stored.workspace.prefect
+
+
 def mail_url(box: Mailbox, login: str = "") -> str:
     return (
         f"mailto://{login}127.0.0.1:{box.port}?from=tiltwatch@example.org&to=office@example.org&mode=insecure"

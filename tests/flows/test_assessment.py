@@ -11,6 +11,7 @@ from flows.assess_structure import assess_structure
 from storage.catalog import rebuild_catalog
 from storage.publish import publish_epoch, remove_epoch
 from storage.records import CoverageRow
+from storage.tables import SERIES, table_path
 from storage.views import (
     alarm_rows,
     change_rows,
@@ -77,6 +78,35 @@ def test_what_is_assessed_again_without_news_stays_as_it_is(stored: Stored) -> N
     assess_structure(stored.workspace, campaign)
     assert stored.workspace.catalog.stat().st_ino == inode
     assert alarm_rows(stored.workspace, STRUCTURE) == alarms
+
+
+def test_a_structure_is_assessed_again_where_an_epoch_or_a_series_or_a_setting_changed(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(2):
+        publish(stored, f"e{number}", number, moved_m=0.02 * number)
+    campaign = campaign_of(stored)
+    assessed: list[str] = []
+
+    def noted(workspace: Workspace, of: Campaign):  # type: ignore[no-untyped-def]
+        assessed.append(of.structure.id)
+        return assess(workspace, of)
+
+    monkeypatch.setattr("flows.assess_structure.assess", noted)
+    counts = []
+    for change in (
+        lambda: None,
+        lambda: None,
+        lambda: publish(stored, "e1", 1, moved_m=0.05, run="20260101T000000Z-other"),
+        lambda: table_path(stored.workspace, "trends", STRUCTURE, SERIES).unlink(),
+        lambda: monkeypatch.setattr("flows.assess_structure.program_digest", lambda: "another"),
+        lambda: None,
+    ):
+        change()
+        assess_structure(stored.workspace, campaign)
+        counts.append(len(assessed))
+    assert counts == [1, 1, 2, 3, 4, 4]
+    assert table_path(stored.workspace, "trends", STRUCTURE, SERIES).is_file()
 
 
 def test_only_epochs_that_are_new_or_changed_are_compared_again(

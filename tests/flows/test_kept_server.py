@@ -17,8 +17,9 @@ import psutil
 import pytest
 from filelock import BaseFileLock
 
+from flows import kept_server
 from flows.kept_server import Lease, NoServerError, ServerSearch, keep_alive, lease_of
-from flows.prefect_home import ADDRESS, OWN_ADDRESS, prepare_prefect, users_server
+from flows.prefect_home import ADDRESS, OWN_ADDRESS, prepare_prefect, take_home, users_server
 from flows.workflow_server import (
     FIRST_USE_S,
     LOOPBACK,
@@ -30,6 +31,7 @@ from flows.workflow_server import (
     server_lock,
     version_of_servers,
 )
+from storage.errors import UsageError
 from storage.workspace import Workspace
 from tests.flows.calls import ROOT
 from tests.flows.campaigns import small_campaign
@@ -158,9 +160,10 @@ def test_runs_one_after_the_other_use_one_server_also_behind_one_that_was_killed
     apart = ("PREFECT_", "TILTWATCH_KEEP_SERVER_S", OWN_ADDRESS)
     environment = {name: value for name, value in os.environ.items() if not name.startswith(apart)}
     environment["PYTHONPATH"] = str(ROOT)
-    home = campaign.parent / "tiltwatch-data" / "prefect"
+    homes = campaign.parent / "tiltwatch-data" / "prefect"
     killed = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    _wait_for(lambda: _answers(home))
+    _wait_for(lambda: any(map(_answers, homes.glob("*"))))
+    (home,) = [folder for folder in homes.iterdir() if record_file(folder).exists()]
     killed.kill()
     killed.wait()
     record = read_record(home)
@@ -190,15 +193,74 @@ def no_server() -> Iterator[None]:
         refresh_global_settings_context()
 
 
-@pytest.mark.usefixtures("no_server")
-def test_without_a_server_to_keep_a_run_has_the_one_that_prefect_starts(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.slow
+def test_where_no_server_can_be_kept_a_run_has_one_that_ends_with_it_however_that_ends(
+    tmp_path: Path,
 ) -> None:
-    workspace = Workspace(tmp_path)
-    workspace.prefect.write_text("a file where the folder should be")
-    prepare_prefect(workspace, 600.0).wait()
-    assert "no workflow server to keep: no lock in" in capsys.readouterr().err
-    assert ADDRESS not in os.environ
+    (tmp_path / "prefect").write_text("a file where the folder should be")
+    apart = ("PREFECT_", OWN_ADDRESS)
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(apart)}
+    run = [sys.executable, "-c", UNKEPT, str(tmp_path)]
+    with subprocess.Popen(run, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        server = int(process.stdout.readline())
+        assert psutil.Process(server).ppid() == process.pid
+        process.kill()
+    _wait_for(lambda: _is_gone(server))
+
+
+UNKEPT = """
+import sys, time
+from pathlib import Path
+from flows.prefect_home import _followed, prepare_prefect
+from flows.workflow_server import read_record
+from storage.workspace import Workspace
+prepare_prefect(Workspace(Path(sys.argv[1])), 600.0).wait()
+(folder,) = _followed
+print(read_record(Path(folder)).pid, flush=True)
+time.sleep(100.0)
+"""
+
+
+@pytest.mark.usefixtures("no_server")
+@pytest.mark.parametrize("text", ["soon", "-1", "nan", "inf"])
+def test_a_time_to_keep_the_server_that_is_none_is_wrong_usage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, text: str
+) -> None:
+    monkeypatch.setenv("TILTWATCH_KEEP_SERVER_S", text)
+    with pytest.raises(UsageError, match=r"TILTWATCH_KEEP_SERVER_S is .*; give it seconds"):
+        prepare_prefect(Workspace(tmp_path), 600.0)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the sleeper is a shell script")
+def test_a_server_that_tells_nothing_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kept_server, "START_S", 0.5)
+    monkeypatch.setattr("sys.executable", _sleeper(tmp_path))
+    with pytest.raises(NoServerError, match="did not answer within"):
+        ServerSearch(tmp_path / "home", 0.0)
+
+
+def _sleeper(folder: Path) -> str:
+    program = folder / "sleeper"
+    program.write_text("#!/bin/sh\nexec sleep 100\n")
+    program.chmod(0o700)
+    return str(program)
+
+
+@pytest.mark.usefixtures("no_server")
+def test_machines_and_versions_on_one_workspace_have_a_home_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    homes = set()
+    for host, program in (("a", "x"), ("b", "x"), ("a", "y"), ("a", "x")):
+        monkeypatch.delenv("PREFECT_HOME", raising=False)
+        monkeypatch.setattr("socket.gethostname", lambda host=host: host)
+        monkeypatch.setattr("sys.executable", program)
+        take_home(Workspace(tmp_path))
+        homes.add(os.environ["PREFECT_HOME"])
+    assert len(homes) == 3
 
 
 @pytest.mark.usefixtures("no_server")

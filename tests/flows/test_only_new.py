@@ -6,18 +6,23 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
-import flows.monitor_campaign as monitor_campaign_module
+from flows import recorded_run
 from flows.flow_run_states import server_in_use
 from flows.outcome import RunOutcome
 from flows.run_campaign import RunRequest, run_campaign
+from storage.artifacts import artifact_path
+from storage.parquet import read_rows
 from storage.publish import remove_epoch
-from storage.run_record import read_record, record_of_this_process, write_record
+from storage.records import StageRunRow
+from storage.run_record import read_record, record_of_this_process, runs_on_record, write_record
 from storage.tables import table_path
 from storage.workspace import Workspace
+from tasks.produced import record_result
 from tests.flows.calls import ROOT
 from tests.flows.campaigns import STRUCTURE, ignore, only_epoch, replace_text, small_campaign, stage_rows
 
@@ -40,8 +45,8 @@ class Place:
     file: Path
     workspace: Path
 
-    def run(self, *, only_new: bool = True) -> RunOutcome:
-        return run_campaign(RunRequest(self.file, self.workspace, only_new=only_new), ignore)
+    def run(self, *, only_new: bool = True, **more: object) -> RunOutcome:
+        return run_campaign(RunRequest(self.file, self.workspace, only_new=only_new, **more), ignore)  # type: ignore[arg-type]
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +85,47 @@ def test_a_run_without_anything_to_process_does_all_else_without_the_engine(plac
     assert newest.stem.split(".")[0] in done.stdout
 
 
+def test_a_run_whose_stages_are_all_on_record_needs_no_engine_and_says_the_same(place: Place) -> None:
+    place.run(only_new=False, schemes=("A",))
+    with_engine = stage_rows(place.run(only_new=False, schemes=("A",), time_limit_s=300.0))
+    words = ["-q", "run", str(place.file), "--workspace", str(place.workspace), "--scheme", "A"]
+    code = f"import sys; from flows.cli import main; print(main({words})); print('prefect' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.splitlines()[-2:] == ["0", "False"], done.stderr
+    newest = max(table_path(Workspace(place.workspace), "runs", STRUCTURE, "x").parent.glob("*"))
+    alone = read_rows(newest, "runs", StageRunRow)
+    assert [_but_when(row) for row in alone] == [_but_when(row) for row in with_engine]
+    assert {row.state for row in alone} == {"cached"}
+    assert newest.stem not in runs_on_record(Workspace(place.workspace))
+
+
+def _but_when(row: StageRunRow) -> StageRunRow:
+    return replace(row, run="", started_at=datetime(2026, 1, 1, tzinfo=UTC))
+
+
+def test_epochs_on_record_go_first_and_the_engine_does_the_others(place: Place) -> None:
+    text = place.file.read_text(encoding="utf-8")
+    second = text[text.index("[[epochs]]") :].replace(f'id = "{EPOCH}"', 'id = "later"')
+    second = second.replace("time = 2025-01-14", "time = 2025-02-14").replace("reference = true\n", "")
+    shutil.copytree(place.file.parent / EPOCH, place.file.parent / "later")
+    place.file.write_text(text + "\n" + second.replace(f'"{EPOCH}/', '"later/'), encoding="utf-8")
+    both = place.run(only_new=False)
+    states = {(row.epoch, row.state) for row in stage_rows(both)}
+    assert states == {(EPOCH, "cached"), ("later", "cached"), ("later", "computed")}
+    assert [epoch.epoch for epoch in both.epochs] == [EPOCH, "later"]
+    # the same scans: said of the later epoch, as ever
+    assert not [note for note in both.epochs[0].notes if "is it the right file" in note]
+    assert [note for note in both.epochs[1].notes if f"of epoch {EPOCH}; is it the right file" in note]
+
+
+def test_a_damaged_artifact_is_made_anew_by_a_run_that_would_need_no_engine(place: Place) -> None:
+    record = next(Workspace(place.workspace).records.glob("evaluation-*"))
+    produced = record_result(record.read_bytes())
+    artifact_path(Workspace(place.workspace), produced.artifacts["tilt"]).unlink()
+    computed = [row.stage for row in stage_rows(place.run(only_new=False)) if row.state == "computed"]
+    assert computed == ["evaluation"]
+
+
 def test_a_run_after_one_that_was_killed_settles_it(place: Place) -> None:
     # of the server that this process asks, whichever tests ran before; of another one it would wait for a run there
     record = record_of_this_process("20250101T000000Z-aaaaaa", STRUCTURE, server_in_use())
@@ -113,16 +159,17 @@ def test_a_scan_that_is_replaced_while_it_is_processed_is_looked_at_again(
     place: Place, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scan = next(place.file.parent.glob(f"{EPOCH}/*.laz"))
-    process = monitor_campaign_module._process
+    process = recorded_run.process_recorded
 
     def replaced_meanwhile(*arguments):  # type: ignore[no-untyped-def]
         done = process(*arguments)
+        assert done
         copy = scan.with_suffix(".copy")
         shutil.copy2(scan, copy)
         copy.replace(scan)
         return done
 
-    monkeypatch.setattr(monitor_campaign_module, "_process", replaced_meanwhile)
+    monkeypatch.setattr(recorded_run, "process_recorded", replaced_meanwhile)
     place.run(only_new=False)
     monkeypatch.undo()
     assert stage_rows(place.run()) != []
