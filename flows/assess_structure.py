@@ -7,7 +7,7 @@ from flows.alarm_delivery import evaluate_and_deliver
 from flows.settled_epochs import program_digest
 from storage.assessed import basis_of, is_assessed, put_down_assessed
 from storage.catalog import rebuild_catalog
-from storage.locks import series_lock
+from storage.locks import publish_lock, series_lock
 from storage.series import publish_series
 from storage.workspace import Workspace
 from tasks.assessment import assess
@@ -26,8 +26,10 @@ def assess_structure(workspace: Workspace, campaign: Campaign) -> None:
     """
     structure = campaign.structure.id
     with series_lock(workspace, structure):
-        rebuild_catalog(workspace)
-        basis = basis_of(workspace, structure, _inputs_of(campaign))
+        # together: an epoch that another run publishes is in both or in neither
+        with publish_lock(workspace):
+            rebuild_catalog(workspace)
+            basis = basis_of(workspace, structure, _inputs_of(campaign))
         if not is_assessed(workspace, structure, basis):
             publish_series(workspace, structure, assess(workspace, campaign))
             put_down_assessed(workspace, structure, basis)

@@ -16,7 +16,6 @@ from flows.epoch_work import EpochWork
 from flows.ledger import RunLedger, StageEvent
 from flows.stage_calls import Answer, StageCalls
 from flows.terminal import note
-from storage.errors import TiltwatchError
 from storage.workspace import open_workspace
 from tasks.caching import Stage
 from tasks.plan import plan_axes
@@ -78,8 +77,8 @@ def main() -> int:
     began = time.perf_counter()
     try:
         compile_kernels()
-    except TiltwatchError as fault:
-        note(f"the numeric loops are compiled by the first run instead: {fault}")
+    except Exception as fault:
+        note(f"the numeric loops are compiled by the first run instead: {type(fault).__name__}: {fault}")
         return 1
     note(f"numeric loops compiled in {time.perf_counter() - began:.0f} s")
     return 0

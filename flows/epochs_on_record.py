@@ -12,8 +12,7 @@ from flows.journal_lines import StageAsked
 from flows.ledger import RunLedger, StageEvent
 from flows.outcome import EpochOutcome, failed_epoch
 from flows.stage_calls import StageCalls
-from flows.stages_on_record import NotOnRecordError, RecordedStages
-from storage.errors import InputError, StorageError
+from flows.stages_on_record import RecordedStages
 from storage.locks import epoch_lock
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
@@ -71,7 +70,7 @@ def _processed(request: RecordedRequest, name: str, ledger: RunLedger) -> EpochO
             # an epoch that another run is at is for the engine, which waits for it
             held.enter_context(epoch_lock(place, campaign.structure.id, name, timeout_s=0.0))
             result = measure_epoch(work)
-        except (NotOnRecordError, InputError, StorageError):
+        except Exception:  # whatever it is, the engine meets it again and says so
             return None
         _tell(ledger, trial)
         return _published(replace(work, calls=replace(calls, ledger=ledger)), result)

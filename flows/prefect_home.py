@@ -16,6 +16,7 @@ from threading import Thread
 from typing import Final
 
 from flows.kept_server import NoServerError, ServerSearch, keep_alive
+from flows.old_homes import sweep_old_homes
 from flows.terminal import note
 from flows.workflow_server import version_of_servers
 from storage.errors import UsageError
@@ -92,8 +93,20 @@ def prepare_prefect(workspace: Workspace, keep_server_s: float) -> Engine:
         return Engine(_private_search(fault), 0.0)
     if not search.is_up:
         note("starting the workflow engine: some seconds")
+        sweep_old_homes(workspace.prefect.resolve(), home)
     _point_to(search.record.url, search.record.secret)
     return Engine(search, keep_s)
+
+
+def check_environment() -> None:
+    """Look at the variables of the environment that a run may need later.
+
+    Raises
+    ------
+    UsageError
+        If ``TILTWATCH_KEEP_SERVER_S`` is no number of seconds.
+    """
+    _kept_for(0.0)
 
 
 def take_home(workspace: Workspace) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.outcome import EpochOutcome, RunOutcome
-from flows.prefect_home import prepare_prefect
+from flows.prefect_home import check_environment, prepare_prefect, users_server
 from flows.settled_epochs import chosen_epochs, settled_outcomes
 from flows.settled_run import finish_settled_run, has_unfinished_runs
 from storage.workspace import Workspace, open_workspace
@@ -44,8 +44,11 @@ def run_campaign(
         If the campaign file is bad, or an epoch or scheme is not known.
     StorageError
         If the workspace cannot be used.
+    UsageError
+        If a variable of the environment is none that can be used.
     """
     campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
+    check_environment()
     workspace = open_workspace(request.workspace)
     ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
@@ -91,9 +94,14 @@ def _outcomes(
 
 
 def _may_be_on_record(request: RunRequest, campaign: Campaign, workspace: Workspace) -> bool:
-    """Whether it is worth a look: a cluster looks itself, side by side, and a time limit wants a process that can end."""
+    """Whether it is worth a look: a cluster looks itself, side by side, and a time limit wants a process that can end.
+
+    So does a server of the user's.
+    """
     execution = campaign.execution
     here = execution.engine == "local" and execution.store is None and request.time_limit_s is None
+    # a server that the user named is to know of every run: what waits for its flow runs would wait in vain
+    here = here and users_server() is None
     return here and workspace.records.is_dir() and any(workspace.records.iterdir())
 
 

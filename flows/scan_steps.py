@@ -73,8 +73,10 @@ def _digest_of(ledger: RunLedger, path: Path) -> str:
     known = None if stamp is None else ledger.digests.get((path, stamp))
     if known is not None:
         return known
+    began_ns = time.time_ns()
     digest = file_sha256(path)
-    if stamp is not None and time.time_ns() - stamp.mtime_ns > YOUNGEST_NS:
+    is_still = stamp is not None and stamp_of(path) == stamp
+    if is_still and stamp is not None and began_ns - stamp.mtime_ns > YOUNGEST_NS:
         ledger.digests[path, stamp] = digest
     return digest
 

@@ -4,7 +4,7 @@ from flows.assess_structure import assess_structure
 from flows.ledger import RunLedger
 from storage.catalog import rebuild_catalog
 from storage.ledger import append_run
-from storage.run_record import read_record, runs_on_record
+from storage.run_record import is_unfinished, runs_on_record
 from storage.workspace import Workspace
 from tasks.settings import Campaign
 
@@ -26,5 +26,4 @@ def finish_settled_run(place: Workspace, campaign: Campaign, ledger: RunLedger) 
 
 def has_unfinished_runs(place: Workspace) -> bool:
     """Whether a run is under way or was killed; those that only wait for the server to be asked can wait longer."""
-    records = [read_record(place, run) for run in runs_on_record(place)]
-    return any(record is None or record.ended_at is None for record in records)
+    return any(is_unfinished(place, run) for run in runs_on_record(place))

@@ -5,15 +5,19 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from storage.atomic import write_atomically
-from storage.catalog_parts import stamps_of
+from storage.catalog_parts import stamps_of_structure
 from storage.digests import text_sha256
 from storage.ids import check_id
+from storage.locks import publish_lock
 from storage.tables import EPOCH_TABLES, SERIES_TABLES
 from storage.workspace import Workspace
 
 
 def basis_of(ws: Workspace, structure: str, inputs: str) -> str:
-    """Digest of the published epochs of a structure, known by their stamps, and of what else the assessment rests on."""
+    """Digest of the published epochs of a structure, known by their stamps, and of what else the assessment rests on.
+
+    To be taken with the publish lock, together with the catalog that the assessment reads.
+    """
     return text_sha256(json.dumps([inputs, _stamps(ws, structure, EPOCH_TABLES)]))
 
 
@@ -33,7 +37,8 @@ def put_down_assessed(ws: Workspace, structure: str, basis: str) -> None:
     InputError
         If the id cannot be a file name.
     """
-    write_atomically(_place(ws, structure), _mark(ws, structure, basis).encode())
+    with publish_lock(ws):  # who holds it sweeps unfinished files away
+        write_atomically(_place(ws, structure), _mark(ws, structure, basis).encode())
 
 
 def _mark(ws: Workspace, structure: str, basis: str) -> str:
@@ -41,8 +46,7 @@ def _mark(ws: Workspace, structure: str, basis: str) -> str:
 
 
 def _stamps(ws: Workspace, structure: str, tables: Iterable[str]) -> list[tuple[str, str]]:
-    folders = tuple(f"tables/{table}/{structure}/" for table in tables)
-    return sorted((name, stamp) for name, stamp in stamps_of(ws).items() if name.startswith(folders))
+    return sorted(stamps_of_structure(ws, structure, tables).items())
 
 
 def _place(ws: Workspace, structure: str) -> Path:

@@ -1,7 +1,7 @@
 """The files that a catalog is made of: which table each fills, and by which values its rows are known there."""
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -58,6 +58,17 @@ def stamps_of(ws: Workspace) -> dict[str, str]:
         name: _stamp(os.path.join(root, name))  # noqa: PTH118
         for name in (*_table_files(root), *_version_files(root))
     }
+
+
+def stamps_of_structure(ws: Workspace, structure: str, tables: Iterable[str]) -> dict[str, str]:
+    """The same of some tables of one structure; to be asked with the publish lock, so that no file goes meanwhile."""
+    root = str(ws.root)
+    folders = [f"tables/{table}/{structure}" for table in tables]
+    there = [folder for folder in folders if os.path.isdir(os.path.join(root, folder))]  # noqa: PTH112, PTH118
+    names = [
+        f"{folder}/{name}" for folder in there for name in _names(root, folder) if name.endswith(".parquet")
+    ]
+    return {name: _stamp(os.path.join(root, name)) for name in names}  # noqa: PTH118
 
 
 def part_of(ws: Workspace, name: str) -> Part:

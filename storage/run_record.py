@@ -160,6 +160,12 @@ def runs_on_record(ws: Workspace) -> list[str]:
     return sorted(path.stem for path in folder_of(ws).glob("*.json"))
 
 
+def is_unfinished(ws: Workspace, run: str) -> bool:
+    """Whether a run is under way or was killed: its record has no end, or is torn; one that is gone ended."""
+    record = read_record(ws, run)
+    return _place(ws, run, ".json").exists() if record is None else record.ended_at is None
+
+
 def remove_record(ws: Workspace, run: str) -> None:
     """Remove all that is kept of a run beside the ledger."""
     for suffix in (".jsonl", ".json", ".lock"):

@@ -25,6 +25,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 TASKS: Final = Path(__file__).resolve().parents[1]
 
+FOR_OTHERS: Final = stat.S_IXGRP | stat.S_IXOTH
+"""A folder that others may enter."""
+
 
 def compiled(function: Function) -> Function:
     """Compile a function at its first call, without the lock of the interpreter."""
@@ -68,7 +71,8 @@ def _folder() -> Path | None:
 
 def _can_write(folder: Path) -> bool:
     try:
-        folder.mkdir(mode=0o755, parents=True, exist_ok=True)
+        # numba makes the folders below as it is used to: where others could write them, they must not get so far
+        folder.mkdir(mode=0o755 if _shuts_out_others() else 0o700, parents=True, exist_ok=True)
         trial = folder / f".trial-{os.getpid()}"
         trial.touch()
         trial.unlink()
@@ -89,9 +93,20 @@ def _own_copy(ready: Path) -> Path | None:
 
 
 def _copy(ready: Path, folder: Path) -> None:
-    """Copy what is compiled; what cannot be copied is compiled anew."""
+    """Copy what is compiled, whole or not at all; what cannot be copied is compiled anew."""
+    part = folder.with_name(f"{folder.name}.{os.getpid()}.part")
     with suppress(OSError, shutil.Error):
-        shutil.copytree(ready, folder, dirs_exist_ok=True)
+        shutil.copytree(ready, part)
+        # the folder is empty still, or another process was faster
+        part.rename(folder)
+    shutil.rmtree(part, ignore_errors=True)
+
+
+def _shuts_out_others() -> bool:
+    """Whether files of this process can be written by nobody else unless it says so."""
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask & 0o022 == 0o022
 
 
 def _is_safe(folder: Path) -> bool:
@@ -102,7 +117,18 @@ def _is_safe(folder: Path) -> bool:
         return False
     if not hasattr(os, "getuid"):
         return True
+    return _is_ours(about) and (not about.st_mode & FOR_OTHERS or all(map(_is_ours, _below(folder))))
+
+
+def _is_ours(about: os.stat_result) -> bool:
     return about.st_uid in (0, os.getuid()) and not about.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+
+
+def _below(folder: Path) -> Iterator[os.stat_result]:
+    """What is known of all folders and files below one that others may enter."""
+    for path in folder.rglob("*"):
+        with suppress(OSError):
+            yield path.stat()
 
 
 _FOLDER: Final = _folder()

@@ -1,13 +1,17 @@
 """What follows from all epochs: changes, trend, chart and alarms, from stored rows alone."""
 
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock, Timeout
 
 from flows.assess_structure import assess_structure
+from storage.assessed import put_down_assessed
+from storage.atomic import write_atomically
 from storage.catalog import rebuild_catalog
 from storage.publish import publish_epoch, remove_epoch
 from storage.records import CoverageRow
@@ -206,3 +210,43 @@ def test_a_structure_without_any_epoch_has_nothing_to_follow(stored: Stored) -> 
         "control_chart": [],
     }
     assert change_test_rows(stored.workspace, STRUCTURE) == []
+
+
+def test_what_is_put_down_as_assessed_cannot_be_swept_away_meanwhile(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    held = []
+
+    def write(path: Path, content: bytes) -> None:
+        with FileLock(stored.workspace.locks / "publish.lock").acquire(timeout=0.0):
+            held.append(path)
+        write_atomically(path, content)
+
+    def write_and_see(path: Path, content: bytes) -> None:
+        with pytest.raises(Timeout), ThreadPoolExecutor(1) as pool:
+            pool.submit(write, path, content).result()
+        write_atomically(path, content)
+
+    monkeypatch.setattr("storage.assessed.write_atomically", write_and_see)
+    put_down_assessed(stored.workspace, STRUCTURE, "basis")
+    assert held == []
+
+
+def test_an_epoch_published_while_another_run_assesses_is_assessed_by_the_next(
+    stored: Stored, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(2):
+        publish(stored, f"e{number:02d}", number, moved_m=0.0)
+
+    def assess_late(workspace: Workspace, campaign: Campaign) -> object:
+        # another run publishes after this one took its basis
+        if not monkeypatched:
+            monkeypatched.append(True)
+            publish(stored, "e02", 2, moved_m=0.0)
+        return assess(workspace, campaign)
+
+    monkeypatched: list[bool] = []
+    monkeypatch.setattr("flows.assess_structure.assess", assess_late)
+    assess_structure(stored.workspace, campaign_of(stored))
+    assess_structure(stored.workspace, campaign_of(stored))
+    assert {row.epoch for row in change_test_rows(stored.workspace, STRUCTURE)} >= {"e01", "e02"}

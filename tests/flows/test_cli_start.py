@@ -90,7 +90,10 @@ def test_a_bad_campaign_file_is_refused_before_prefect_is_loaded(tmp_path: Path)
     code = f"import sys; from flows.cli import main; print(main({words})); print('prefect' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
     assert done.stdout.splitlines() == ["3", "False"]
-    assert done.stderr.startswith("error: ")
+    first, second = done.stderr.splitlines()[:2]
+    assert first.startswith("tiltwatch ")
+    assert "reading" in first
+    assert second.startswith("error: ")
 
 
 @pytest.mark.parametrize("name", CONTRACT)
