@@ -22,6 +22,7 @@ from storage.places import store_of
 from storage.workspace import Workspace
 from tasks.code_version import code_version
 from tasks.geometry.failure import FitFailure
+from tasks.geometry.side_by_side import one_blas_thread
 from tasks.produced import Cost, Json, Outcome, Produced, record_result
 
 WHERE: Final = ("workspace", "path")
@@ -103,6 +104,7 @@ def stage(name: str) -> Callable[[StageBody], Stage]:
 
 
 def _carry_out(body: StageBody, *args: Any, **kwargs: Any) -> Produced:
+    one_blas_thread()
     started = time.perf_counter()
     try:
         outcome = body(*args, **kwargs)

@@ -28,7 +28,7 @@ LEAST_BAND_M: Final = 0.5
 
 MOST_POINTS: Final = 1_000_000
 """Of more points as many fit the planes, evenly chosen: 5 mm of noise then leave a hundredth of a millimetre, and the fit
-looks at every point some 24 times."""
+looks at every point some 24 times. The test of the stations takes its noise for that of all."""
 
 
 def fit_face_axis(

@@ -19,7 +19,7 @@ _allowed = min(THREADS, os.cpu_count() or 1)
 
 def side_by_side(function: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """Results of a function for all items, in their order."""
-    _one_blas_thread()
+    one_blas_thread()
     several = list(items)
     if _allowed == 1 or len(several) <= 1:
         return [function(item) for item in several]
@@ -34,7 +34,7 @@ def keep_to_threads(count: int) -> None:
 
 
 @cache
-def _one_blas_thread() -> None:
+def one_blas_thread() -> None:
     """Let BLAS work in the thread that calls it, from now on.
 
     The matrices here are tall and narrow: threads of BLAS below threads of ours wait for each other, on a busy machine for

@@ -135,7 +135,7 @@ def _find_cells(
     for i in range(n):
         seen[7, i] = sigma_m[station[i], cells[i]]
     for i in range(n):
-        height = int(min(max((points_m[i, 2] - low) / step, 0.0), n_heights - 1.0))
+        height = int(min(max(0.0, (points_m[i, 2] - low) / step), n_heights - 1.0))  # 0 for no number
         cells[i] += (np.int64(station[i]) * n_heights + height) * n_sectors
 
 

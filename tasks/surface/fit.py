@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from storage.errors import ShapeError
 from tasks.geometry.failure import FitFailure
 from tasks.geometry.rows_between import rows_between
 from tasks.surface.blocks import Blocks, weigh_blocks
@@ -113,6 +114,10 @@ def adjust_surface(cloud: SurfacePoints, start: SurfaceStart, task: SurfaceTask)
     A sample brings the surface and the noise of every station near; then all points are summed up in cells, and what
     the points of a block have in common lowers the weight of dense ones. The form is chosen from the fullest one.
     """
+    if len(cloud.station_index) and int(cloud.station_index.max()) >= cloud.n_stations:
+        raise ShapeError(
+            f"adjust_surface needs stations below {cloud.n_stations}; got {int(cloud.station_index.max())}"
+        )
     inside = _within(cloud, start.shaft_z_m)
     if len(inside.points_m) < LEAST_POINTS:
         return FitFailure(f"needs {LEAST_POINTS} points on the shaft, got {len(inside.points_m)}")

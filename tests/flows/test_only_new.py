@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from flows import recorded_run
+from flows import run_campaign as run_campaign_module
 from flows.flow_run_states import server_in_use
 from flows.outcome import RunOutcome
 from flows.run_campaign import RunRequest, run_campaign
@@ -68,6 +69,36 @@ def place(finished: Place, tmp_path: Path) -> Place:
     return copied
 
 
+@pytest.fixture(autouse=True)
+def _no_server_of_the_user(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The server that tests share counts as one's own here: one that the user named is told of every run."""
+    monkeypatch.setattr("flows.run_campaign.users_server", lambda: None)
+
+
+def test_a_server_that_the_user_named_is_told_of_every_run(
+    place: Place, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    monkeypatch.setattr("flows.run_campaign.users_server", lambda: "http://10.0.0.5:4200/api")
+    engine = run_campaign_module._with_engine
+
+    def with_engine(*arguments):  # type: ignore[no-untyped-def]
+        asked.append(arguments)
+        return engine(*arguments)
+
+    monkeypatch.setattr(run_campaign_module, "_with_engine", with_engine)
+    place.run(only_new=False, schemes=("A",))
+    assert len(asked) == 1
+
+
+def test_a_fault_in_an_epoch_is_left_to_the_engine(place: Place, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(_work: object) -> None:
+        raise KeyError("a fault of the program")
+
+    monkeypatch.setattr("flows.epochs_on_record.measure_epoch", broken)
+    assert {row.state for row in stage_rows(place.run(only_new=False))} == {"cached"}
+
+
 def test_an_epoch_that_did_not_change_is_not_looked_at(place: Place) -> None:
     again = place.run()
     assert stage_rows(again) == []
@@ -90,7 +121,10 @@ def test_a_run_whose_stages_are_all_on_record_needs_no_engine_and_says_the_same(
     with_engine = stage_rows(place.run(only_new=False, schemes=("A",), time_limit_s=300.0))
     words = ["-q", "run", str(place.file), "--workspace", str(place.workspace), "--scheme", "A"]
     code = f"import sys; from flows.cli import main; print(main({words})); print('prefect' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    own = {name: value for name, value in os.environ.items() if not name.startswith("PREFECT_")}
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True, env=own
+    )
     assert done.stdout.splitlines()[-2:] == ["0", "False"], done.stderr
     newest = max(table_path(Workspace(place.workspace), "runs", STRUCTURE, "x").parent.glob("*"))
     alone = read_rows(newest, "runs", StageRunRow)
