@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from flows.early_imports import begin_imports
 from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.outcome import EpochOutcome, RunOutcome
@@ -107,6 +108,8 @@ def _may_be_on_record(request: RunRequest, campaign: Campaign, workspace: Worksp
 
 def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) -> list[EpochOutcome]:
     engine = prepare_prefect(workspace, campaign.execution.keep_server_s)
+    if campaign.execution.engine == "local" and request.time_limit_s is None:
+        begin_imports()
     # Prefect reads its settings when it is imported; its server starts meanwhile
     from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
     from flows.quiet_engine import quiet_engine  # noqa: PLC0415
