@@ -16,7 +16,7 @@ from typing import Final
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
 OLDEST_PYTHON: Final = (3, 11)
-LEAST_MEMORY_GB: Final = 3.0
+LEAST_MEMORY_GB: Final = 1.5
 LEAST_DISK_GB: Final = 2.0
 FASTAPI_FIRST, FASTAPI_END = (0, 139), (0, 151)
 """prefect 3.8.8 does not start with a newer fastapi."""

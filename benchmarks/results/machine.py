@@ -21,7 +21,7 @@ def machine_lines() -> list[str]:
     )
     return [
         f"- {datetime.now(UTC):%Y-%m-%d}, commit {_commit()}",
-        f"- {_processor()}, {os.cpu_count()} cores, {gib:.0f} GiB, {platform.system()} {platform.release()}",
+        f"- {_processor()}, {os.cpu_count()} cores, {gib:.0f} GiB, {platform.system()}",
         f"- load of the last minute {load:.1f}",
         f"- Python {platform.python_version()}, {libraries}",
     ]
