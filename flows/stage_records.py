@@ -15,7 +15,11 @@ R = TypeVar("R")
 
 
 class StageRecords(WritableFileSystem):
-    """Records in a store elsewhere, for Prefect; known by its place alone, so that a worker can open it, too."""
+    """Records in the store of a workspace, for Prefect; known by its place alone, so that a worker can open it, too.
+
+    A record comes into place whole: Prefect's own storage writes into the file that another stage under the same key (two
+    stations with equal bytes) may be reading.
+    """
 
     _block_type_name = "Tiltwatch stage records"
     _block_type_slug = "tiltwatch-stage-records"
@@ -53,9 +57,6 @@ class StageRecords(WritableFileSystem):
 
 def keep_records(epoch_flow: Flow[P, R], workspace: Workspace) -> Flow[P, R]:
     """Let a flow keep the results of its stages in the store of a workspace; gives the flow."""
-    if workspace.store is None:
-        epoch_flow.result_storage = workspace.records
-    else:
-        # not by with_options: that takes only blocks that are saved on a server, and then every machine asks it
-        epoch_flow.result_storage = StageRecords(place=workspace.store)
+    # not by with_options: that takes only blocks that are saved on a server, and then every machine asks it
+    epoch_flow.result_storage = StageRecords(place=workspace.place)
     return epoch_flow

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.compiled import compiled
+from tasks.geometry.robust_kernel import biweight
 
 
 @compiled
@@ -43,8 +44,7 @@ def weigh_rows(
     p = design.shape[1]
     normal, right = np.zeros((p, p)), np.zeros(p)
     for i in range(len(design)):
-        u = min(abs(error[i]) / reach, 1.0)
-        weight = (1.0 - u * u) ** 2
+        weight = biweight(error[i], reach)
         for a in range(p):
             weighted = weight * design[i, a]
             right[a] += weighted * residual[i]

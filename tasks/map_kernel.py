@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.compiled import compiled
+from tasks.geometry.knot_kernel import knot_below
 from tasks.geometry.median_kernel import median_in_place
+from tasks.geometry.robust_kernel import biweight
 from tasks.geometry.sector_kernel import Sectors, find_sectors
 
 BLOCK: Final = 512
@@ -42,11 +44,8 @@ def find_pieces(  # noqa: PLR0913, PLR0917 - a compiled loop
         find_sectors(north[:n], east[:n], sectors, found)
         for i in range(n):
             z = block[i, 2]
-            band = min(max(int((z - edges_m[0]) / step), 0), last)
-            while band < last and z >= edges_m[band + 1]:
-                band += 1
-            while band > 0 and z < edges_m[band]:
-                band -= 1
+            # the division is right to a rounding, and says where to look
+            band = knot_below(edges_m, z, min(max(int((z - edges_m[0]) / step), 0), last))
             number = band * n_sectors + found[i]
             piece[begin + i] = number
             counts[number, station[begin + i]] += 1
@@ -64,7 +63,7 @@ def off_round(
     """Distance (n,) of points from a straight shaft that is round, in the horizontal or across its axis."""
     length = np.sqrt(axis[2] ** 2 + axis[3] ** 2 + 1.0)
     ue, un, uz = axis[2] / length, axis[3] / length, 1.0 / length
-    knot, last = 0, len(knots_z_m) - 2
+    knot = 0
     for i in range(len(points_m)):
         z = points_m[i, 2]
         if across:
@@ -76,11 +75,7 @@ def off_round(
             de = points_m[i, 0] - (axis[0] + axis[2] * z)
             dn = points_m[i, 1] - (axis[1] + axis[3] * z)
             distance = np.sqrt(de * de + dn * dn)
-        # points come from the bottom up as a rule: the knot is that of the point before or the next one
-        while knot < last and z >= knots_z_m[knot + 1]:
-            knot += 1
-        while knot > 0 and z < knots_z_m[knot]:
-            knot -= 1
+        knot = knot_below(knots_z_m, z, knot)
         slope = (radius_m[knot + 1] - radius_m[knot]) / (knots_z_m[knot + 1] - knots_z_m[knot])
         held = min(max(z, knots_z_m[0]), knots_z_m[-1])
         off_m[i] = distance - (slope * (held - knots_z_m[knot]) + radius_m[knot])
@@ -115,14 +110,6 @@ def find_scales(
                 values[i] = abs(values[i] - medians[number])
             deviations[number] = median_in_place(values)
     return deviations
-
-
-@compiled
-def biweight(residual: float, reach: float) -> float:
-    """Tukey's biweight of a residual that has none beyond ``reach``."""
-    u = min(abs(residual) / reach, 1.0)
-    root = 1.0 - u * u
-    return root * root
 
 
 @compiled

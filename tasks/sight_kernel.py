@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.compiled import compiled
+from tasks.geometry.knot_kernel import knot_below
 
 TINY: Final = float(np.finfo(np.float64).tiny)
 
@@ -26,14 +27,10 @@ def add_sights(  # noqa: PLR0913, PLR0917 - a compiled loop
 ) -> None:
     """Sigmas (n,) of points (n, 3); ``axis`` (3, k) and ``slopes`` (3, k - 1) are east, north and radius at the knots."""
     range_sigma, stated_at, least_part, angle_sigma, roughness = scanner
-    knot, last = 0, len(knots_z_m) - 2
+    knot = 0
     for i in range(len(points_m)):
         up = points_m[i, 2]
-        # points come from the bottom up as a rule: the knot is that of the point before or the next one
-        while knot < last and up >= knots_z_m[knot + 1]:
-            knot += 1
-        while knot > 0 and up < knots_z_m[knot]:
-            knot -= 1
+        knot = knot_below(knots_z_m, up, knot)
         lean_east, lean_north, taper = slopes[0, knot], slopes[1, knot], slopes[2, knot]
         above = up - knots_z_m[knot]
         out_east = points_m[i, 0] - axis[0, knot] - above * lean_east

@@ -22,6 +22,10 @@ COARSEST: Final = 25.0
 """Cells are not larger than the half extent of the slice over this number: the ring stays a ring."""
 
 
+INSIDE: Final = 1.0 - 1e-9
+"""Where the cell follows from the extent, the farthest point lies on the edge of two: rounding must not choose."""
+
+
 def fit_vertex_mean(section: Section) -> Contour | FitFailure:
     """Outline the slice's points by marching squares and take the mean of the vertices as centre.
 
@@ -77,7 +81,7 @@ def _cell_size(xy: NDArray[np.float64]) -> float:
 
 def _raster(xy: NDArray[np.float64], cell: float) -> NDArray[np.float64]:
     """Occupied cells as ones, with an empty margin so that every outline closes."""
-    index = np.floor(xy / cell).astype(np.intp) + 1
+    index = np.floor(xy / cell * INSIDE).astype(np.intp) + 1
     raster = np.zeros(index.max(axis=0) + 2)
     raster[index[:, 0], index[:, 1]] = 1.0
     return raster
