@@ -27,6 +27,7 @@ COMMANDS: Final[Mapping[str, str]] = {
     "compare": "Say for every scheme and method how far the top moved between two epochs, and what else changed.",
     "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
     "are enough.",
+    "dashboard": "Show the results in a browser, and follow new epochs while runs write them.",
     "export": "Write a view of the catalog to a file, or to stdout where none is named.",
     "deploy": "Put campaigns on the schedule of a workflow server: one deployment a structure, named by its id.",
     "recover": "Settle runs that were killed: what they did goes into the ledger, no server takes them for running any "

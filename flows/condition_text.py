@@ -6,7 +6,7 @@ from typing import Final
 
 from flows.terminal import Json
 from storage.records import EpochRow, VerdictRow
-from tasks.condition import Condition, Level
+from storage.views.condition import Condition, Level
 
 EXIT_CODES: Final = {Level.OK: 0, Level.QUALITY: 4, Level.WARNING: 5, Level.ALARM: 6}
 

@@ -9,7 +9,7 @@ from flows.faults import keep_log
 from flows.outcome import EpochOutcome, RunOutcome
 from flows.terminal import Json, complain, say
 from storage.workspace import Workspace
-from tasks.condition import Condition, Level, conditions
+from storage.views.condition import Condition, Level, conditions
 from tasks.reporting import epoch_tables_text
 from tasks.settings import Campaign
 

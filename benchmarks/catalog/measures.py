@@ -25,7 +25,7 @@ from storage.series import publish_series
 from storage.tables import epochs_on_disk
 from storage.views import change_test_rows, tilt_rows
 from storage.workspace import Workspace
-from tasks.condition import conditions
+from storage.views.condition import conditions
 from tasks.settings import load_campaign
 
 PRIMARY: Final = ("S", "surface")

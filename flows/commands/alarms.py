@@ -46,8 +46,8 @@ def alarms(
     from flows.alarm_text import facts_of_alarm, line_of_alarm
     from flows.condition_text import EXIT_CODES
     from storage.views import alarm_rows
+    from storage.views.condition import level_of, sorted_alarms
     from storage.workspace import existing_workspace
-    from tasks.condition import level_of, sorted_alarms
 
     campaign = load_with_workspace(file, workspace)
     if trial:

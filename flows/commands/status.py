@@ -21,8 +21,8 @@ def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json:
     """
     from flows.condition_text import EXIT_CODES, facts_of, further_verdicts, lines_of
     from storage.views import verdict_rows
+    from storage.views.condition import conditions
     from storage.workspace import existing_workspace
-    from tasks.condition import conditions
 
     campaign = load_with_workspace(file, workspace)
     place = existing_workspace(workspace_of(campaign.folder, workspace))

@@ -4,6 +4,7 @@ from storage.change import ChangeRow
 from storage.surface_change import SurfaceChangeRow
 from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
 from storage.view_definitions import VIEWS
+from storage.views.following import catalog_stamp
 from storage.views.reading import (
     accuracy_rows,
     alarm_event_rows,
@@ -21,6 +22,7 @@ from storage.views.reading import (
     removal_rows,
     rows_of,
     run_rows,
+    run_rows_of,
     scheme_comparison_rows,
     scheme_rows,
     slice_rows,
@@ -48,6 +50,7 @@ __all__ = [
     "alarm_rows",
     "axis_covariance_rows",
     "axis_parameter_rows",
+    "catalog_stamp",
     "change_rows",
     "change_test_rows",
     "control_chart_rows",
@@ -59,6 +62,7 @@ __all__ = [
     "removal_rows",
     "rows_of",
     "run_rows",
+    "run_rows_of",
     "scheme_comparison_rows",
     "scheme_rows",
     "slice_rows",

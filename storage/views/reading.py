@@ -185,6 +185,11 @@ def run_rows(ws: Workspace, run: str) -> list[StageRunRow]:
     return _rows(ws, "runs", StageRunRow, {"run": run}, "started_at, epoch, stage")
 
 
+def run_rows_of(ws: Workspace, structure: str, epoch: str | None = None) -> list[StageRunRow]:
+    """What the stages of all runs did for a structure, for one epoch or for all, the earliest first."""
+    return _rows(ws, "runs", StageRunRow, _chosen(structure, epoch), "started_at, run, epoch, stage")
+
+
 def version_rows(ws: Workspace, structure: str) -> list[VersionRow]:
     """The epochs that were put aside, in the order in which they were."""
     return _rows(ws, "versions", VersionRow, {"structure": structure}, "archived_at, version, epoch")

@@ -1,0 +1,1 @@
+"""Drawings for the web: pure functions from content to a plotly figure."""

@@ -1,0 +1,57 @@
+"""Rows of the newest catalog, read once as long as it does not change."""
+
+from collections.abc import Callable
+from threading import Lock
+from typing import Any, TypeAlias, TypeVar
+
+from storage.views import catalog_stamp
+from storage.workspace import Workspace
+
+Answer = TypeVar("Answer")
+Key: TypeAlias = tuple[object, ...]
+
+MOST_ANSWERS = 256
+"""So many answers are kept; a page needs about ten."""
+
+
+class Reader:
+    """Asks the views of a workspace and remembers the answers until the catalog is replaced.
+
+    Safe for several threads. A question that two ask at once may be read twice, never wrongly.
+    """
+
+    def __init__(self, workspace: Workspace) -> None:
+        self.workspace = workspace
+        self._lock = Lock()
+        self._stamp: str | None = None
+        self._answers: dict[Key, object] = {}
+
+    @property
+    def stamp(self) -> str | None:
+        """What tells this catalog from the one before; None where there is none yet."""
+        return catalog_stamp(self.workspace)
+
+    def ask(self, question: Callable[..., Answer], *about: Any) -> Answer:
+        """Call a reading of ``storage.views`` with the workspace and what it is about.
+
+        Raises
+        ------
+        StorageError
+            If the catalog cannot be read.
+        """
+        key: Key = (question, *about)
+        stamp = self.stamp
+        with self._lock:
+            if stamp != self._stamp:
+                self._answers.clear()
+                self._stamp = stamp
+            if key in self._answers:
+                return self._answers[key]  # type: ignore[return-value]
+        answer = question(self.workspace, *about)
+        with self._lock:
+            # a catalog that came meanwhile has other answers
+            if stamp == self._stamp:
+                if len(self._answers) >= MOST_ANSWERS:
+                    self._answers.pop(next(iter(self._answers)))
+                self._answers[key] = answer
+        return answer
