@@ -1,6 +1,9 @@
 """The dashboard: one page frame, filled anew when the address or the catalog changes."""
 
+import json
+import logging
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -8,11 +11,16 @@ from urllib.parse import urlsplit
 import flask
 from dash import ALL, Dash, Input, Output, State, callback_context, dcc, html, no_update
 from dash.development.base_component import Component
+from plotly.utils import PlotlyJSONEncoder
 
 from dashboard.address import Address, address_of
+from dashboard.downloads import serve_files
+from dashboard.filled import Content, FilledPages
 from dashboard.page import pages
 from dashboard.reader import Reader
-from dashboard.shell import CHOICES, message_frame, page_frame
+from dashboard.shell import CHOICES, message_frame
+from dashboard.slides import follow_slides
+from dashboard.three.routes import three_routes
 from dashboard.view import Site, View, open_view
 from storage.errors import TiltwatchError, UsageError
 from storage.workspace import Workspace
@@ -21,6 +29,8 @@ LOOK_EVERY_MS: Final = 3000
 """How often an open page asks whether there is a newer catalog."""
 
 NO_CATALOG: Final = "none yet"
+
+_LOG: Final = logging.getLogger("tiltwatch.dashboard")
 
 
 def make_app(workspace: Workspace, sites: Mapping[str, Site]) -> Dash:
@@ -35,6 +45,7 @@ def make_app(workspace: Workspace, sites: Mapping[str, Site]) -> Dash:
         an epoch is shown to whoever asks for none.
     """
     reader = Reader(workspace)
+    filled = FilledPages(reader, sites)
     app = Dash(
         __name__,
         title="tiltwatch",
@@ -45,12 +56,23 @@ def make_app(workspace: Workspace, sites: Mapping[str, Site]) -> Dash:
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
     app.layout = _layout
-    _fill_pages(app, reader, sites)
+    _fill_pages(app, reader, filled)
     _follow_catalog(app, reader)
     _follow_choices(app)
     _follow_clicks(app)
+    follow_slides(app)
     _serve_tables(app.server, reader, sites)
+    serve_files(app.server, reader, sites)
+    app.server.register_blueprint(three_routes(reader, sites))
+    _warm(filled)
     return app
+
+
+def _warm(filled: FilledPages) -> None:
+    """Fill the first page before the first visitor comes: drawing for the first time takes a second and a half."""
+    # what is wrong with the catalog is told to whoever visits
+    with suppress(TiltwatchError):
+        json.dumps(filled.at(Address()), cls=PlotlyJSONEncoder)
 
 
 def _layout() -> Component:
@@ -65,7 +87,7 @@ def _layout() -> Component:
     )
 
 
-def _fill_pages(app: Dash, reader: Reader, sites: Mapping[str, Site]) -> None:
+def _fill_pages(app: Dash, reader: Reader, filled: FilledPages) -> None:
     @app.callback(
         Output("app", "children"),
         Output("stamp", "data"),
@@ -73,30 +95,20 @@ def _fill_pages(app: Dash, reader: Reader, sites: Mapping[str, Site]) -> None:
         Input("url", "search"),
         Input("newer", "data"),
     )
-    def fill(pathname: str | None, search: str | None, _newer: str | None) -> tuple[list[Component], str]:
+    def fill(pathname: str | None, search: str | None, _newer: str | None) -> tuple[Content, str]:
         stamp = reader.stamp
         try:
-            content = _filled(reader, sites, address_of(pathname or "/", search or ""))
+            content: Content = filled.at(address_of(pathname or "/", search or ""))
         except TiltwatchError as fault:
             link = dcc.Link("to the overview", href="/overview")
             content = message_frame("This cannot be shown", str(fault), [link])
+        except Exception:  # one page's fault must not leave the reader before an empty window
+            _LOG.exception("page %s%s", pathname, search)
+            text = (
+                "A fault of the program; the log of `tiltwatch dashboard` tells which. The other pages work."
+            )
+            content = message_frame("This page failed", text, [dcc.Link("to the overview", href="/overview")])
         return content, stamp or NO_CATALOG
-
-
-def _filled(reader: Reader, sites: Mapping[str, Site], address: Address) -> list[Component]:
-    page = pages().get(address.page)
-    if page is None:
-        raise UsageError(f"unknown page {address.page!r}; known: {', '.join(pages())}")
-    before = reader.stamp
-    view = open_view(reader, address, sites)
-    if view is None:
-        return message_frame(
-            "Nothing is processed yet",
-            "The workspace holds no epoch. `tiltwatch run FILE` processes the campaign; this page follows by itself.",
-        )
-    filled = page_frame(view, page, page.fill(view))
-    # a catalog that came while the page was read: its parts are to be of one
-    return filled if reader.stamp == before else _filled(reader, sites, address)
 
 
 def _follow_catalog(app: Dash, reader: Reader) -> None:

@@ -1,17 +1,22 @@
 """Rows of the newest catalog, read once as long as it does not change."""
 
+import math
+import time
 from collections.abc import Callable
 from threading import Lock
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, Final, TypeAlias, TypeVar
 
-from storage.views import catalog_stamp
+from storage.views import catalog_stamp, follow_catalog
 from storage.workspace import Workspace
 
 Answer = TypeVar("Answer")
 Key: TypeAlias = tuple[object, ...]
 
-MOST_ANSWERS = 256
+MOST_ANSWERS: Final = 256
 """So many answers are kept; a page needs about ten."""
+
+LOOK_EVERY_S: Final = 2.0
+"""A run may replace the catalog more often; pages follow it at this pace."""
 
 
 class Reader:
@@ -20,16 +25,29 @@ class Reader:
     Safe for several threads. A question that two ask at once may be read twice, never wrongly.
     """
 
-    def __init__(self, workspace: Workspace) -> None:
+    def __init__(
+        self,
+        workspace: Workspace,
+        clock: Callable[[], float] = time.monotonic,
+        look_every_s: float = LOOK_EVERY_S,
+    ) -> None:
         self.workspace = workspace
+        self._clock, self._look_every_s = clock, look_every_s
         self._lock = Lock()
+        self._looked_at = -math.inf
+        self._seen: str | None = None
         self._stamp: str | None = None
         self._answers: dict[Key, object] = {}
+        follow_catalog(workspace)
 
     @property
     def stamp(self) -> str | None:
-        """What tells this catalog from the one before; None where there is none yet."""
-        return catalog_stamp(self.workspace)
+        """What tells this catalog from the one before, looked at anew every two seconds; None where there is none."""
+        with self._lock:
+            now = self._clock()
+            if self._seen is None or now - self._looked_at >= self._look_every_s:
+                self._seen, self._looked_at = catalog_stamp(self.workspace), now
+            return self._seen
 
     def ask(self, question: Callable[..., Answer], *about: Any) -> Answer:
         """Call a reading of ``storage.views`` with the workspace and what it is about.

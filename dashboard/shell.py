@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from typing import Any, Final
+from urllib.parse import quote
 
 from dash import dcc, html
 from dash.development.base_component import Component
@@ -30,7 +31,9 @@ def page_frame(view: View, page: Page, panels: Sequence[Panel]) -> list[Componen
     """Put a page together."""
     return [
         html.A("Skip to the page", href="#page", className="skip"),
-        html.Aside([_brand(), _choices(view), _links(view, page), _keys()], className="rail"),
+        html.Aside(
+            [_brand(), _choices(view), _links(view, page), *_reports(view), _keys()], className="rail"
+        ),
         html.Div(
             [
                 _status(view),
@@ -142,6 +145,24 @@ def _links(view: View, shown: Page) -> Component:
         ],
         **attributes(aria_label="pages"),
     )
+
+
+def _reports(view: View) -> list[Component]:
+    """Links to the report of the epoch, where its campaign file is at hand."""
+    if view.site.report is None:
+        return []
+    base = f"/report/{quote(view.structure)}/{quote(view.epoch.epoch)}"
+    kinds = (("PDF", f"{base}.pdf"), ("HTML", f"{base}.html"), ("中文", f"{base}.pdf?lang=zh"))
+    links = [
+        html.A(word, href=href, download="", className="chip", id=f"report-{n}")
+        for n, (word, href) in enumerate(kinds)
+    ]
+    return [
+        html.Div(
+            [html.Span(f"Report of {view.epoch.epoch}"), html.Span(links, className="chips")],
+            className="reports",
+        )
+    ]
 
 
 def _keys() -> Component:

@@ -1,6 +1,6 @@
 """What a page draws from: the rows that belong to its address."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TypeAlias
@@ -24,6 +24,9 @@ from storage.views.condition import Condition, conditions
 Result: TypeAlias = tuple[str, str]
 """A scheme and a method."""
 
+Report: TypeAlias = Callable[[str, str, str], bytes]
+"""Epoch, kind (pdf or html) and language (en or zh) to the file."""
+
 DEFAULT_PRIMARY: Result = ("S", "surface")
 
 
@@ -37,6 +40,8 @@ class Site:
     """Name of the campaign file; None where it is not at hand."""
     rules: Sequence[RuleWords] = ()
     """Its rules of alarms, in words."""
+    report: Report | None = None
+    """Makes the report of an epoch; None where the campaign file is not at hand."""
 
 
 @dataclass(frozen=True, slots=True)

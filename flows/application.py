@@ -28,7 +28,9 @@ COMMANDS: Final[Mapping[str, str]] = {
     "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
     "are enough.",
     "dashboard": "Show the results in a browser, and follow new epochs while runs write them.",
-    "export": "Write a view of the catalog to a file, or to stdout where none is named.",
+    "export": "Write a view of the catalog, or the geometry of an epoch, to a file; to stdout where none is named.",
+    "figures": "Draw figures 3 to 6 of the paper: stations and clouds, shaft, contours and axes of the schemes.",
+    "report": "Write the report of an epoch as PDF/A and as one web page, in English or Chinese.",
     "deploy": "Put campaigns on the schedule of a workflow server: one deployment a structure, named by its id.",
     "recover": "Settle runs that were killed: what they did goes into the ledger, no server takes them for running any "
     "more.",

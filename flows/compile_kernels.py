@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from flows.early_imports import keep_what_was_compiled
 from flows.epoch_method import measure_epoch
 from flows.epoch_work import EpochWork
 from flows.ledger import RunLedger, StageEvent
@@ -44,6 +45,7 @@ def compile_kernels() -> None:
         ledger = RunLedger("compile", campaign.structure.id, _tell_nobody)
         calls = StageCalls(ledger, epoch.id, place.place, _StagesHere())
         measure_epoch(EpochWork(campaign, epoch, place, calls, tuple(plan_axes(campaign, [])), partial=False))
+    keep_what_was_compiled()
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from flows.early_imports import begin_imports
+from flows.early_imports import begin_imports, find_versions, keep_what_was_compiled
 from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
 from flows.outcome import EpochOutcome, RunOutcome
@@ -115,9 +115,10 @@ def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) 
     from flows.quiet_engine import quiet_engine  # noqa: PLC0415
     from flows.run_guard import RunGuard  # noqa: PLC0415
 
+    find_versions()
     engine.wait()
     with quiet_engine():
-        return monitor_campaign(
+        outcomes = monitor_campaign(
             str(request.campaign_file),
             str(workspace.root),
             list(request.epochs),
@@ -125,3 +126,5 @@ def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) 
             None if request.time_limit_s is None else RunGuard(request.time_limit_s),
             only_new=request.only_new,
         )
+    keep_what_was_compiled()
+    return outcomes

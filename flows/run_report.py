@@ -8,8 +8,8 @@ from flows.condition_text import EXIT_CODES, facts_of, summary_of
 from flows.faults import keep_log
 from flows.outcome import EpochOutcome, RunOutcome
 from flows.terminal import Json, complain, say
-from storage.workspace import Workspace
 from storage.views.condition import Condition, Level, conditions
+from storage.workspace import Workspace
 from tasks.reporting import epoch_tables_text
 from tasks.settings import Campaign
 

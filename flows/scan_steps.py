@@ -1,8 +1,10 @@
 """The first step of an epoch: every scan that the campaign names is read, or refused with a reason."""
 
 import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import cast
+from typing import Final, cast
 
 from flows.epoch_work import EpochResult, EpochWork, ReadScan
 from flows.ledger import RunLedger
@@ -19,10 +21,13 @@ from tasks.produced import Json, Produced
 from tasks.stages import ingest_scan
 from tasks.stated_pose import refuse_far_pose
 
+HASHED_AT_ONCE: Final = 2
+"""Files of scans, while others are decoded: of files that are not compressed to hash takes as long as to read."""
+
 
 def read_scans(work: EpochWork, result: EpochResult) -> None:
     """Read every scan of the epoch; one that is refused is named, and the others go on."""
-    asked = [_ask_for_scan(work, plan) for plan in plan_scans(work.campaign, work.epoch)]
+    asked = list(_asked_for(work, plan_scans(work.campaign, work.epoch)))
     first_with: dict[str, str] = {}
     scans = [_finish_scan(work, plan, digest, pending, first_with) for plan, digest, pending in asked]
     result.scans = tuple(scans)
@@ -46,17 +51,21 @@ def _seen_before(work: EpochWork, scan: ReadScan) -> list[str]:
     )
 
 
-def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str, Pending | None]:
-    """Ask for a scan by its digest; a file that cannot be read has none, and its reason stands instead."""
-    if not plan.path.is_file():
-        what = "is a folder; name the scan itself" if plan.path.is_dir() else "no such file; check the path"
-        return plan, f"{plan.path}: {what} in the campaign file", None
-    try:
-        digest = _digest_of(work.calls.ledger, plan.path)
-    except StorageError as fault:
-        return plan, str(fault), None
+def _asked_for(
+    work: EpochWork, plans: Sequence[PlannedScan]
+) -> Iterator[tuple[PlannedScan, str, Pending | None]]:
+    """Ask for every scan by its digest, as soon as that is known; one without a digest has its reason there."""
+    with ThreadPoolExecutor(HASHED_AT_ONCE) as pool:
+        found = pool.map(lambda plan: _digest_or_reason(work.calls.ledger, plan.path), plans)
+        for plan, (digest, reason) in zip(plans, found, strict=True):
+            yield (
+                (plan, digest, _ask_for_scan(work, plan, digest)) if reason is None else (plan, reason, None)
+            )
+
+
+def _ask_for_scan(work: EpochWork, plan: PlannedScan, digest: str) -> Pending:
     offer_scan(work.workspace, plan.path, digest)
-    pending = work.calls.submit(
+    return work.calls.submit(
         ingest_scan,
         f"ingest {plan.station}",
         path=str(plan.path),
@@ -64,7 +73,17 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan) -> tuple[PlannedScan, str,
         suffix=plan.path.suffix.lower(),
         request=plain(plan.request),
     )
-    return plan, digest, pending
+
+
+def _digest_or_reason(ledger: RunLedger, path: Path) -> tuple[str, str | None]:
+    """Digest of a file; or why it cannot be read."""
+    if not path.is_file():
+        what = "is a folder; name the scan itself" if path.is_dir() else "no such file; check the path"
+        return "", f"{path}: {what} in the campaign file"
+    try:
+        return _digest_of(ledger, path), None
+    except StorageError as fault:
+        return "", str(fault)
 
 
 def _digest_of(ledger: RunLedger, path: Path) -> str:

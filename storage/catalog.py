@@ -22,7 +22,9 @@ from storage.catalog_content import (
     remove_rows,
 )
 from storage.catalog_parts import CATALOG_TABLES, Part, part_of, stamps_of
+from storage.catalog_stamp import stamp_of_file
 from storage.errors import StorageError
+from storage.kept_catalog import kept_cursor
 from storage.locks import publish_lock
 from storage.publish import recover
 from storage.records import columns_of
@@ -120,14 +122,32 @@ def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
         raise StorageError(
             f"no catalog at {ws.catalog}; process the campaign first with `tiltwatch run FILE`"
         )
-    connection = duckdb.connect()
+    found = kept_cursor(ws.catalog, stamp_of_file(ws.catalog), lambda: _opened(ws.catalog))
+    connection = _opened(ws.catalog) if found is None else found
     try:
-        _attach(connection, ws.catalog, "catalog", "READ_ONLY")
+        # a cursor begins anew with both
         connection.execute("USE catalog")
         connection.execute("SET TimeZone = 'UTC'")
         yield connection
     finally:
         connection.close()
+
+
+def _opened(catalog: Path) -> duckdb.DuckDBPyConnection:
+    """Attach a catalog to a database in memory.
+
+    Raises
+    ------
+    StorageError
+        If it cannot be read.
+    """
+    connection = duckdb.connect()
+    try:
+        _attach(connection, catalog, "catalog", "READ_ONLY")
+    except StorageError:
+        connection.close()
+        raise
+    return connection
 
 
 def _sources(ws: Workspace) -> Sources:

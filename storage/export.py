@@ -20,8 +20,10 @@ from storage.view_definitions import VIEWS, view_definition
 from storage.workspace import Workspace
 
 
-def export_view(ws: Workspace, view: str, file_format: str, out: Path | BinaryIO) -> None:
-    """Write all rows of a view, in the order of its columns from the left.
+def export_view(
+    ws: Workspace, view: str, file_format: str, out: Path | BinaryIO, structure: str | None = None
+) -> None:
+    """Write the rows of a view, in the order of its columns from the left.
 
     Parameters
     ----------
@@ -32,6 +34,8 @@ def export_view(ws: Workspace, view: str, file_format: str, out: Path | BinaryIO
         ``csv`` (header, times in ISO 8601 UTC, NULL is empty), ``json`` (one array of objects) or ``parquet``.
     out : Path or binary file
         Where to; a file at a path appears whole or not at all.
+    structure : str, optional
+        Only the rows of this one; those of all where it is missing.
 
     Raises
     ------
@@ -43,18 +47,20 @@ def export_view(ws: Workspace, view: str, file_format: str, out: Path | BinaryIO
     view_definition(view)
     if file_format not in FORMATS:
         raise UsageError(f"unknown export format {file_format!r}; known: {', '.join(FORMATS)}")
-    content = FORMATS[file_format](view, _content(ws, view))
+    content = FORMATS[file_format](view, _content(ws, view, structure))
     if isinstance(out, Path):
         write_atomically(out, content)
     else:
         out.write(content)
 
 
-def _content(ws: Workspace, view: str) -> pa.Table:
+def _content(ws: Workspace, view: str, structure: str | None) -> pa.Table:
     columns = ", ".join(field.name for field in columns_of(VIEWS[view]))
+    where, params = ("", []) if structure is None else (" WHERE structure = ?", [structure])
+    sql = f"SELECT {columns} FROM main.{view}{where} ORDER BY ALL"  # noqa: S608
     with read_catalog(ws) as connection:
         try:
-            found = connection.sql(f"SELECT {columns} FROM main.{view} ORDER BY ALL").to_arrow_table()  # noqa: S608
+            found = connection.sql(sql, params=params).to_arrow_table()
         except duckdb.Error as fault:
             raise StorageError(
                 f"view {view} of {ws.catalog} cannot be read ({str(fault).splitlines()[0]}); delete the catalog "

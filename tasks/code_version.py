@@ -57,8 +57,8 @@ def _version_of(function: Callable[..., object]) -> str:
         digest.update(ast.dump(reached.definitions[name]).encode())
     modules = sorted(_closure(tuple(sorted(reached.modules))))
     for module in modules:
-        digest.update(f"{module}\n{ast.dump(_parsed(module))}\n".encode())
-    libraries = set(reached.libraries).union(*(_imports(_parsed(m), m).libraries for m in modules))
+        digest.update(f"{module}\n{_content_of(module)}\n".encode())
+    libraries = set(reached.libraries).union(*(_imports_of(m).libraries for m in modules))
     for library in sorted(libraries & NUMERIC_LIBRARIES.keys()):
         digest.update("\n".join(_versions(library)).encode())
     return digest.hexdigest()
@@ -129,10 +129,21 @@ def _closure(modules: tuple[str, ...]) -> frozenset[str]:
         if module in found or _path_of(module) is None:
             continue
         found.add(module)
-        imports = _imports(_parsed(module), module)
-        waiting += imports.modules
+        waiting += _imports_of(module).modules
         waiting += [module.rpartition(".")[0]] if "." in module else []
     return frozenset(found)
+
+
+@lru_cache(maxsize=1024)
+def _imports_of(module: str) -> _Reached:
+    """What a whole module imports; not to be changed."""
+    return _imports(_parsed(module), module)
+
+
+@lru_cache(maxsize=1024)
+def _content_of(module: str) -> str:
+    """Digest (hex) of the syntax tree of a whole module."""
+    return hashlib.sha256(ast.dump(_parsed(module)).encode()).hexdigest()
 
 
 def _imports(tree: ast.AST, module: str) -> _Reached:

@@ -1,7 +1,7 @@
 """The figures of this program, measured on this machine and written to benchmarks/RESULTS.md.
 
 `make bench`, or `.venv/bin/python -m benchmarks.results [SECTION ...]` for some of: points, las, stations, cores,
-start, queries, peers, epochs. Sections that are measured replace theirs in the file, the others stay. Scans are
+start, queries, dashboard, peers, epochs. Sections that are measured replace theirs in the file, the others stay. Scans are
 simulated once into --folder. With `--millions 1 10 100` it takes about an hour and 20 GB of disk.
 """
 
@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from benchmarks.results.dashboard import visits
 from benchmarks.results.epochs import more_epochs
 from benchmarks.results.growth import by_cores, by_points, by_points_of_las, by_stations
 from benchmarks.results.machine import ROOT
@@ -28,6 +29,7 @@ SECTIONS: Mapping[str, Measurement] = {
     "cores": lambda asked, folder: by_cores(folder, asked.points),
     "start": lambda _asked, folder: starts(folder, 160_000),
     "queries": lambda asked, folder: query_times(folder, asked.epochs),
+    "dashboard": lambda _asked, folder: visits(folder, 160_000),
     "peers": lambda asked, folder: beside_peers(folder, asked.points),
     "epochs": lambda _asked, folder: more_epochs(folder, (1, 10, 30)),
 }

@@ -50,19 +50,7 @@ def plan_of_movements(
     for movement, alpha in zip(found, ages, strict=True):
         if movement.covariance_m2 is not None:
             _ellipse(figure, 1e3 * movement.east_north_m, 1e6 * movement.covariance_m2, alpha)
-    figure.add_trace(
-        Scatter(
-            x=[0.0],
-            y=[0.0],
-            mode="markers+text",
-            text=[plain(reference)],
-            textposition="bottom center",
-            textfont={"size": 11, "color": SOFT},
-            marker={"symbol": "circle-open", "size": 10, "color": INK, "line": {"width": 1.6}},
-            hoverinfo="skip",
-            showlegend=False,
-        )
-    )
+    _origin(figure, reference)
     figure.add_trace(
         Scatter(
             x=[1e3 * m.east_north_m[0] for m in found],
@@ -85,6 +73,22 @@ def plan_of_movements(
     figure.update_xaxes(title_text="moved east, mm")
     figure.update_yaxes(title_text="moved north, mm")
     return square(north_arrow(frame(figure, height_px)))
+
+
+def _origin(figure: Figure, reference: str) -> None:
+    figure.add_trace(
+        Scatter(
+            x=[0.0],
+            y=[0.0],
+            mode="markers+text",
+            text=[plain(reference)],
+            textposition="bottom center",
+            textfont={"size": 11, "color": SOFT},
+            marker={"symbol": "circle-open", "size": 10, "color": INK, "line": {"width": 1.6}},
+            hoverinfo="skip",
+            showlegend=False,
+        )
+    )
 
 
 def _track(figure: Figure, tops: Sequence[Top], marking: Marking) -> None:

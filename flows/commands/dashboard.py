@@ -3,7 +3,7 @@
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
@@ -11,20 +11,26 @@ from flows.commands.options import CampaignFile, WorkspaceFolder, load_with_work
 from flows.terminal import note, say
 from storage.errors import InputError
 
+if TYPE_CHECKING:
+    from dashboard.view import Site
+
 TOKEN_VARIABLE = "TILTWATCH_DASHBOARD_TOKEN"  # noqa: S105 (its name)
 
 
 def dashboard(
     file: CampaignFile,
     /,
-    *,
+    *others: Annotated[Path, Parameter(help="campaign files of other structures of the same workspace")],
     port: int = 8050,
     host: str = "127.0.0.1",
     token_file: Path | None = None,
     open_browser: Annotated[bool, Parameter(name="--open", negative="")] = False,
     workspace: WorkspaceFolder = None,
 ) -> int:
-    """Show the results in a browser, and follow new epochs while runs write them; nothing leaves this machine.
+    """Show the results in a browser, and follow new epochs while runs write them.
+
+    Nothing leaves this machine. All structures of the workspace are shown; those whose campaign files are named have their
+    names, rules of alarms and reports, too.
 
     Parameters
     ----------
@@ -38,15 +44,14 @@ def dashboard(
         Open the page in the browser of this desktop.
     """
     from dashboard.server import Listening, serve
-    from dashboard.view import Site
-    from flows.rule_words import rule_words
     from storage.workspace import open_workspace
 
     campaign = load_with_workspace(file, workspace)
     place = open_workspace(workspace_of(campaign.folder, workspace))
-    name = campaign.structure.name or campaign.structure.id
-    primary = (campaign.report.primary[0], campaign.report.primary[1])
-    sites = {campaign.structure.id: Site(name, primary, file.name, rule_words(campaign))}
+    sites = {}
+    for each in (file, *others):
+        structure, site = _site(each, place.root)
+        sites[structure] = site
     where = Listening(host, port, _token(token_file))
 
     def ready(address: str) -> None:
@@ -59,6 +64,26 @@ def dashboard(
 
     serve(place, sites, where, ready)
     return 0
+
+
+def _site(file: Path, workspace: Path) -> "tuple[str, Site]":
+    """What the pages know of a structure by its campaign file."""
+    from dashboard.view import Site
+    from flows.rule_words import rule_words
+
+    campaign = load_with_workspace(file, workspace)
+    primary = (campaign.report.primary[0], campaign.report.primary[1])
+
+    def report(epoch: str, kind: str, language: str) -> bytes:
+        from dashboard.report.page import html_of
+        from dashboard.report.paper import pdf_of
+        from flows.commands.report import reported
+
+        _facts, document = reported(campaign, workspace, epoch, language)
+        return pdf_of(document) if kind == "pdf" else html_of(document).encode()
+
+    site = Site(campaign.structure.title, primary, file.name, rule_words(campaign), report)
+    return campaign.structure.id, site
 
 
 def _token(file: Path | None) -> str | None:

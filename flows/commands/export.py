@@ -1,42 +1,62 @@
-"""``tiltwatch export``: a table of the workspace as a file."""
+"""``tiltwatch export``: a table of the workspace, or geometry of an epoch, as a file."""
 # ruff: noqa: PLC0415 (heavy imports stand inside the command)
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, BinaryIO
 
 from cyclopts import Parameter
 
 from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
-from flows.terminal import answer, note
+from flows.terminal import Json, answer, complain, note
 from storage.errors import UsageError
 
-BINARY = ("parquet",)
+if TYPE_CHECKING:
+    from storage.drawing import DrawingChoice, Exported
+    from storage.workspace import Workspace
+    from tasks.settings import Campaign
+
+BINARY = ("parquet", "las", "laz")
+
+Write = Callable[["Path | BinaryIO"], "Exported | None"]
 
 
-def export(
+def export(  # noqa: PLR0913 (options of a command)
     file: CampaignFile,
     what: Annotated[str, Parameter(name="WHAT")],
     /,
     *,
     file_format: Annotated[str, Parameter(name="--format")],
+    epoch: str | None = None,
+    scheme: str | None = None,
+    method: str | None = None,
     out: Path | None = None,
     workspace: WorkspaceFolder = None,
     as_json: AsJson = False,
 ) -> int:
-    """Write a view of the catalog to a file, or to stdout where none is named.
+    """Write a view of the catalog, or the geometry of an epoch, to a file; to stdout where none is named.
+
+    Geometry lies where the campaign states its positions: x east, y north, z up in metres, origin_m added again. The file
+    says so itself.
 
     Parameters
     ----------
     what
-        epochs, stations, pairs, coverage, surface_map, surface_changes, slices, tilt, verdicts, accuracy, changes,
-        reference_leans, scheme_comparison, alarms, runs, schemes, removals or latest.
+        Geometry: axis (axis, plumb line, foot, top and lean vector, each with its sigmas), slice-circles or cloud (the
+        points of the isolated shaft). A view: epochs, stations, pairs, coverage, surface_map, surface_changes, slices,
+        tilt, verdicts, accuracy, changes, reference_leans, scheme_comparison, alarms, runs, schemes, removals or latest.
     file_format
-        csv, json or parquet.
+        A view: csv, json or parquet. axis and slice-circles: csv, dxf, geojson or parquet. cloud: csv, las, laz or parquet.
+    epoch
+        Epoch of the geometry; the newest that has it where none is named.
+    scheme
+        Scheme of the geometry; scheme and method of the primary where neither is named.
+    method
+        Method of the geometry.
     out
         File to write; one that is there is replaced.
     """
-    from storage.export import export_view
     from storage.workspace import existing_workspace
 
     if out is None and as_json:
@@ -45,14 +65,79 @@ def export(
         raise UsageError(f"{file_format} cannot be read on a terminal; name a file with --out")
     campaign = load_with_workspace(file, workspace)
     place = existing_workspace(workspace_of(campaign.folder, workspace))
+    write = _writer(place, what, file_format, _choice(campaign, epoch, scheme, method))
     if out is None:
         sys.stdout.flush()
-        export_view(place, what, file_format, sys.stdout.buffer)
+        _warn(write(sys.stdout.buffer))
         sys.stdout.buffer.flush()
         return 0
     target = out.expanduser().absolute()
-    export_view(place, what, file_format, target)
+    written = write(target)
+    _warn(written)
     if as_json:
-        return answer(0, {"out": str(target), "what": what, "format": file_format})
-    note(f"wrote {target}")
+        return answer(0, {"out": str(target), "what": what, "format": file_format, **_facts(written)})
+    note(f"wrote {target}", *_told(what, written))
     return 0
+
+
+def _choice(
+    campaign: "Campaign", epoch: str | None, scheme: str | None, method: str | None
+) -> "DrawingChoice":
+    from storage.drawing import DrawingChoice, DrawingFrame
+
+    frame = campaign.frame
+    epsg = None if frame.horizontal == "local" else int(frame.horizontal.removeprefix("EPSG:"))
+    return DrawingChoice(
+        structure=campaign.structure.id,
+        primary=(campaign.report.primary[0], campaign.report.primary[1]),
+        frame=DrawingFrame(frame.origin_enu_m, epsg),
+        epoch=epoch,
+        scheme=scheme,
+        method=method,
+    )
+
+
+def _writer(place: "Workspace", what: str, file_format: str, choice: "DrawingChoice") -> Write:
+    """What writes the view or the geometry.
+
+    Raises
+    ------
+    UsageError
+        If it is neither, or a view is asked for with words that choose geometry.
+    """
+    from storage.drawing import GEOMETRY, export_geometry
+    from storage.export import export_view
+    from storage.view_definitions import VIEWS
+
+    if what in GEOMETRY:
+        return lambda out: export_geometry(place, what, file_format, choice, out)
+    if what not in VIEWS:
+        raise UsageError(f"unknown view {what!r}; known: {', '.join(VIEWS)}; geometry: {', '.join(GEOMETRY)}")
+    if choice.names_an_axis or choice.epoch is not None:
+        raise UsageError(
+            f"--epoch, --scheme and --method choose geometry ({', '.join(GEOMETRY)}); a view is written whole"
+        )
+    return lambda out: export_view(place, what, file_format, out)
+
+
+def _warn(written: "Exported | None") -> None:
+    if written is not None and written.warnings:
+        complain(*(f"warning: {warning}" for warning in written.warnings))
+
+
+def _facts(written: "Exported | None") -> dict[str, Json]:
+    if written is None:
+        return {}
+    return {
+        "epoch": written.epoch,
+        "count": written.count,
+        "coordinates": written.coordinates,
+        "warnings": written.warnings,
+    }
+
+
+def _told(what: str, written: "Exported | None") -> list[str]:
+    if written is None:
+        return []
+    counted = "points" if what == "cloud" else "shapes"
+    return [f"{what} of epoch {written.epoch}: {written.count:,} {counted}; {written.coordinates}"]

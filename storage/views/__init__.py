@@ -4,7 +4,7 @@ from storage.change import ChangeRow
 from storage.surface_change import SurfaceChangeRow
 from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
 from storage.view_definitions import VIEWS
-from storage.views.following import catalog_stamp
+from storage.views.following import catalog_stamp, follow_catalog, leave_catalog
 from storage.views.reading import (
     accuracy_rows,
     alarm_event_rows,
@@ -56,7 +56,9 @@ __all__ = [
     "control_chart_rows",
     "coverage_rows",
     "epoch_rows",
+    "follow_catalog",
     "latest_epochs",
+    "leave_catalog",
     "pair_rows",
     "reference_lean_rows",
     "removal_rows",

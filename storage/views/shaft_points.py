@@ -11,7 +11,6 @@ stations and number of points are those of the published epoch. Of a record only
 which is less than ``tasks.produced`` knows of it; a test holds both to the same form.
 """
 
-import json
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -22,9 +21,9 @@ from numpy.typing import NDArray
 
 from storage.artifacts import ArtifactRef, get_json, map_array
 from storage.errors import StorageError, UsageError
-from storage.places import store_of
 from storage.records import EpochRow, StageRunRow
 from storage.views import epoch_rows, run_rows, station_rows
+from storage.views.stage_record import stage_record
 from storage.workspace import Workspace
 
 ISOLATION: Final = "preprocessing"
@@ -118,7 +117,7 @@ def shaft_points(ws: Workspace, structure: str, epoch: str) -> ShaftPoints:
 
 
 def _again(epoch: str) -> str:
-    return f"to make them anew, run `tiltwatch reprocess FILE --epoch {epoch}` where the campaign file and its scans are"
+    return f"to make them anew, run `tiltwatch run FILE --epoch {epoch}` where the campaign file and its scans are"
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,7 +152,7 @@ def _isolations(ws: Workspace, epoch: EpochRow) -> Iterator[_Isolation]:
         if row.structure == epoch.structure and row.epoch == epoch.epoch and row.outcome == "ok"
     ]
     for row in reversed(own):
-        record = _record(ws, row) if row.stage.startswith(ISOLATION) else None
+        record = stage_record(ws, row) if row.stage.startswith(ISOLATION) else None
         if record is None or record["facts"].get("n_points_used") != epoch.n_points_used:
             continue
         stations = _stations(ws, own, row.stage.removeprefix(ISOLATION))
@@ -167,19 +166,8 @@ def _isolations(ws: Workspace, epoch: EpochRow) -> Iterator[_Isolation]:
 def _stations(ws: Workspace, own: list[StageRunRow], less: str) -> tuple[str, ...]:
     """Stations of a registration in the order of its poses, which is that of the indices of points."""
     for row in reversed(own):
-        record = _record(ws, row) if row.stage == f"{REGISTRATION}{less}" else None
+        record = stage_record(ws, row) if row.stage == f"{REGISTRATION}{less}" else None
         if record is not None:
             content = cast("Any", get_json(ws, ArtifactRef.from_json(record["artifacts"][REGISTRATION])))
             return tuple(str(pose["station"]) for pose in content["poses"])
     return ()
-
-
-def _record(ws: Workspace, row: StageRunRow) -> dict[str, Any] | None:
-    """What a stage produced; None where its record was swept or is of another form."""
-    text = store_of(ws).get(f"records/{row.cache_key}")
-    try:
-        payload = json.loads(text or b"")["result"]
-        produced = json.loads(payload) if isinstance(payload, str) else payload
-        return {"artifacts": dict(produced["artifacts"]), "facts": dict(produced["facts"])}
-    except (ValueError, KeyError, TypeError):
-        return None

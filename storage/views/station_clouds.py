@@ -5,7 +5,6 @@ as the points of the shaft are (``storage.views.shaft_points``). Both may have b
 place of the points.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, cast
@@ -16,9 +15,9 @@ from numpy.typing import NDArray
 from storage.artifacts import ArtifactRef, get_json
 from storage.clouds import open_cloud
 from storage.errors import StorageError
-from storage.places import store_of
 from storage.records import EpochRow, StageRunRow
 from storage.views.reading import run_rows, station_rows
+from storage.views.stage_record import stage_record
 from storage.workspace import Workspace
 
 INGEST: Final = "ingest "
@@ -101,10 +100,5 @@ def _pose(stored: Mapping[str, Any]) -> _Pose:
 
 def _artifact(ws: Workspace, row: StageRunRow, name: str) -> ArtifactRef | None:
     """Artifact of a stage; None where its record was swept or is of another form."""
-    text = store_of(ws).get(f"records/{row.cache_key}")
-    try:
-        payload = json.loads(text or b"")["result"]
-        produced = json.loads(payload) if isinstance(payload, str) else payload
-        return ArtifactRef.from_json(produced["artifacts"][name])
-    except (ValueError, KeyError, TypeError):
-        return None
+    record = stage_record(ws, row)
+    return None if record is None else ArtifactRef.from_json(record["artifacts"].get(name))

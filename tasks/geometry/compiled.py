@@ -29,9 +29,14 @@ FOR_OTHERS: Final = stat.S_IXGRP | stat.S_IXOTH
 """A folder that others may enter."""
 
 
+MADE: Final[list[Any]] = []
+"""All compiled functions of the modules that were imported."""
+
+
 def compiled(function: Function) -> Function:
     """Compile a function at its first call, without the lock of the interpreter."""
-    made = numba.njit(cache=_FOLDER is not None, nogil=True)(function)
+    made = numba.njit(cache=FOLDER is not None, nogil=True)(function)
+    MADE.append(made)
     return cast("Function", made)
 
 
@@ -131,6 +136,6 @@ def _below(folder: Path) -> Iterator[os.stat_result]:
             yield path.stat()
 
 
-_FOLDER: Final = _folder()
-if _FOLDER is not None:
-    numba.config.CACHE_DIR = str(_FOLDER)  # type: ignore[attr-defined]
+FOLDER: Final = _folder()
+if FOLDER is not None:
+    numba.config.CACHE_DIR = str(FOLDER)  # type: ignore[attr-defined]

@@ -9,14 +9,11 @@ def split_bands(z_m: NDArray[np.float64], edges_m: NDArray[np.float64]) -> list[
 
     Points below the first or above the last edge count to the band next to them.
     """
-    # the edges are evenly spaced, so a division finds the band three times as fast as a search
-    place = z_m - edges_m[0]
-    place *= (len(edges_m) - 1) / (edges_m[-1] - edges_m[0])
-    np.clip(place, 0, len(edges_m) - 2, out=place)
-    band = place.astype(np.int16)
-    del place
-    order = np.argsort(band, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(band, minlength=len(edges_m) - 1))[:-1])
+    from tasks.geometry.layer_kernel import rows_of_layers  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
+    bands_a_metre = (len(edges_m) - 1) / (edges_m[-1] - edges_m[0])
+    rows, begins = rows_of_layers(z_m, float(edges_m[0]), float(bands_a_metre), len(edges_m) - 2)
+    return np.split(rows, begins[1:-1])
 
 
 def sample_bands(

@@ -11,9 +11,6 @@ from tasks.geometry.side_by_side import side_by_side
 POINTS_OF_LAYER: Final = 1 << 19
 """Points looked at together: their table takes some 10 MB."""
 
-CHUNK: Final = 1 << 17
-"""Points that are put into layers in one go."""
-
 
 def find_duplicates(
     points_m: NDArray[np.float64], among: NDArray[np.bool_], voxel_m: float
@@ -48,16 +45,13 @@ def _layers(
     z_m: NDArray[np.float64], among: NDArray[np.bool_], low_m: float, voxel_m: float
 ) -> list[NDArray[np.int32]]:
     """Rows of the points ``among`` heights (n,) by layers of whole cubes, each in the order of input."""
+    from tasks.geometry.layer_kernel import rows_of_cube_layers  # noqa: PLC0415 (compiled code is slow to import, and every command reads settings)
+
     if len(z_m) > np.iinfo(np.int32).max:
         raise ShapeError(f"find_duplicates needs at most {np.iinfo(np.int32).max} points, got {len(z_m)}")
     height = np.floor((z_m.max(where=among, initial=-np.inf) - low_m) / voxel_m) + 1.0
     count = int(min(max(np.count_nonzero(among) // POINTS_OF_LAYER, 1), height, np.iinfo(np.int16).max))
-    cubes_of_layer = np.ceil(height / count)
-    layer = np.full(len(z_m), -1, dtype=np.int16)
-    for start in range(0, len(z_m), CHUNK):
-        rows = slice(start, start + CHUNK)
-        cube = np.floor((z_m[rows] - low_m) / voxel_m)
-        np.copyto(layer[rows], cube / cubes_of_layer, where=among[rows], casting="unsafe")
-    # -1, what does not count, comes first
-    order = np.argsort(layer, kind="stable").astype(np.int32)
-    return np.split(order, np.cumsum(np.bincount(layer + 1, minlength=count + 1))[:-1])[1:]
+    rows, begins = rows_of_cube_layers(
+        z_m, among, float(low_m), voxel_m, float(np.ceil(height / count)), count
+    )
+    return np.split(rows, begins[1:-1])

@@ -103,14 +103,18 @@ class _Kept:
 
 def _joined(scans: Sequence[_Kept]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """All points (n, 3) and arc lengths (n,), scan after scan; blocks go as they are taken over."""
-    total = sum(scan.count for scan in scans)
-    points_m, around_m, end = np.empty((total, 3)), np.empty(total), 0
-    for scan in scans:
+    begins = np.cumsum([0, *(scan.count for scan in scans)])
+    points_m, around_m = np.empty((begins[-1], 3)), np.empty(begins[-1])
+
+    def take_over(number: int) -> None:
+        scan, end = scans[number], int(begins[number])
         left = scan.count
         while scan.points_m:
             block_m, along_m, n = scan.points_m.pop(0), scan.around_m.pop(0), min(left, BLOCK_POINTS)
             points_m[end : end + n], around_m[end : end + n] = block_m[:n], along_m[:n]
             end, left = end + n, left - n
+
+    side_by_side(take_over, range(len(scans)))
     return points_m, around_m
 
 
@@ -161,8 +165,12 @@ def _find(
     """Find the surface in an even sample, and one of how many of the points on it is to be kept."""
     total = sum(len(scan) for scan in scans)
     share = min(1.0, SEARCH_POINTS / max(total, 1))
-    sample_m = np.concatenate([scan.sample(max(1, math.ceil(share * len(scan)))) for scan in scans])
-    near_m = sample_m[sort_by_gate(sample_m, prior, kind) == KEPT]
+
+    def sample_of(scan: Scan) -> NDArray[np.float64]:
+        return scan.sample(max(1, math.ceil(share * len(scan))))
+
+    sample_m = np.concatenate(side_by_side(sample_of, scans))
+    near_m = _taken(sample_m, np.flatnonzero(sort_by_gate(sample_m, prior, kind) == KEPT))
     one_of = total / max(len(sample_m), 1)
     if len(near_m) < FEW_NEAR and one_of > 1.0:
         # a small structure in a large cloud: the sample holds little of it
@@ -184,7 +192,7 @@ def _near(
         pieces, seen = [np.empty((0, 3))], 0
         for chunk_m in scan.chunks(CHUNK_POINTS):
             near = np.flatnonzero(sort_by_gate(chunk_m, prior, kind) == KEPT)
-            pieces.append(chunk_m[near[one_of_every(step, seen, len(near))]])
+            pieces.append(_taken(chunk_m, near[one_of_every(step, seen, len(near))]))
             seen += len(near)
         return np.concatenate(pieces)
 
@@ -199,7 +207,7 @@ def _look_at(scan: Scan, asked: _Question, kept: _Kept) -> NDArray[np.int64]:
         reason = sort_by_gate(chunk_m, asked.prior, asked.kind)
         near = np.flatnonzero(reason == KEPT)
         if len(near):
-            near_m = chunk_m[near]
+            near_m = _taken(chunk_m, near)
             of_near = sort_by_surface(near_m, asked.surface, asked.options)
             on = np.flatnonzero(of_near == KEPT)
             stay = on[one_of_every(asked.step, on_surface, len(on))]
@@ -207,10 +215,16 @@ def _look_at(scan: Scan, asked: _Question, kept: _Kept) -> NDArray[np.int64]:
             of_near[on] = THINNED
             of_near[stay] = KEPT
             reason[near] = of_near
-            stay_m = near_m[stay]
+            stay_m = _taken(near_m, stay)
             kept.add(stay_m, asked.surface.unroll(stay_m))
         counts += count_reasons(reason)
     return counts
+
+
+def _taken(points_m: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Some of the points (n, 3), by ascending indices (m,); all of them as they are, not as a copy."""
+    # take is three times as fast as an index for rows of three
+    return points_m if len(rows) == len(points_m) else points_m.take(rows, axis=0)
 
 
 def _cleaned(kept: Sequence[_Kept], counts: NDArray[np.int64], asked: _Question) -> ScannedShaft:

@@ -1,13 +1,19 @@
 """What stages import is imported beside the start of the engine; what cannot be is left to them."""
 
 import importlib
+import json
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
 from flows import early_imports
+from tasks import stages
+from tasks.caching import Stage
+from tasks.code_memory import remembered_versions
+from tasks.code_version import code_version
 from tests.flows.calls import ROOT
 
 
@@ -33,3 +39,16 @@ def test_one_that_cannot_be_imported_stops_nothing(monkeypatch: pytest.MonkeyPat
         if thread.name == "early imports":
             thread.join(timeout=10.0)
     assert "no_such_module" not in sys.modules
+
+
+def test_versions_of_all_stages_are_found_before_the_first_begins(tmp_path: Path) -> None:
+    code_version.cache_clear()
+    with remembered_versions(tmp_path / "versions.json", ()):
+        early_imports.find_versions()
+        known = [
+            f"{one.fn.__module__}.{one.fn.__qualname__}"
+            for one in vars(stages).values()
+            if isinstance(one, Stage)
+        ]
+    assert known
+    assert set(known) <= set(json.loads((tmp_path / "versions.json").read_text())["versions"])
