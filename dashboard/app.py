@@ -3,7 +3,6 @@
 import json
 import logging
 from collections.abc import Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -70,9 +69,12 @@ def make_app(workspace: Workspace, sites: Mapping[str, Site]) -> Dash:
 
 def _warm(filled: FilledPages) -> None:
     """Fill the first page before the first visitor comes: drawing for the first time takes a second and a half."""
-    # what is wrong with the catalog is told to whoever visits
-    with suppress(TiltwatchError):
+    try:
         json.dumps(filled.at(Address()), cls=PlotlyJSONEncoder)
+    except TiltwatchError as fault:
+        _LOG.warning("%s", fault)
+    except Exception:  # it is told to whoever visits; the other pages work
+        _LOG.exception("the first page")
 
 
 def _layout() -> Component:
@@ -178,9 +180,9 @@ def _serve_tables(server: flask.Flask, reader: Reader, sites: Mapping[str, Site]
     def table(page: str, panel: str) -> flask.Response:
         try:
             view = _view_of(reader, sites, page)
+            found = next((part for part in pages()[page].fill(view) if part.name == panel), None)
         except TiltwatchError as fault:
             return flask.Response(f"{fault}\n", 404, mimetype="text/plain")
-        found = next((part for part in pages()[page].fill(view) if part.name == panel), None)
         if found is None or found.table is None:
             return flask.Response(f"page {page} shows no such table\n", 404, mimetype="text/plain")
         name = "-".join((view.structure, view.epoch.epoch, page, panel))

@@ -85,9 +85,7 @@ def _change(view: View, movements: Mapping[str, Movement]) -> Panel:
     least = found.detectable_m
     lines = [
         numbers.mm_with_u(found.size_m, found.sigma_m),
-        ""
-        if found.p_value is None
-        else f"chance alone does so with p = {numbers.probability(found.p_value)}",
+        "" if found.p_value is None else f"chance alone does so with {numbers.p_value(found.p_value)}",
         f"covariance: {found.basis}" if least is None else f"{numbers.mm(least)} or more would be found",
     ]
     return _card("change", title, badge(TONES[tone], word, id="moved"), lines, to)
@@ -101,7 +99,7 @@ def _rate(view: View) -> Panel:
     word, tone = ("MOVING", "warning") if trend.rate_significant else ("NO TREND FOUND", "ok")
     lines = [
         numbers.mm_with_u(trend.rate_m_per_year, trend.rate_sigma_m_per_year, " mm/a"),
-        f"from {trend.n_epochs} epochs, p = {numbers.probability(trend.rate_p_value)}",
+        f"{trend.n_epochs} epochs, {trend.first_epoch} to {trend.last_epoch}, {numbers.p_value(trend.rate_p_value)}",
         _reached(view, trend),
     ]
     return _card("rate", "Rate", badge(TONES[tone], word), lines, to)
@@ -111,6 +109,8 @@ def _reached(view: View, trend: TrendRow) -> str:
     tilt = view.condition.tilt
     if not trend.rate_significant or trend.limit_reached_at is None:
         return ""
+    if trend.last_time > view.epoch.epoch_time:
+        return "of epochs after this one, too"
     if tilt is not None and tilt.allowable_m is not None and tilt.deviation_m > tilt.allowable_m:
         return "the limit is exceeded already"
     span = f"{numbers.day(trend.limit_earliest_at)} to {numbers.day(trend.limit_latest_at)}"

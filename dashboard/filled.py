@@ -15,6 +15,7 @@ from dashboard.reader import Reader
 from dashboard.shell import message_frame, page_frame
 from dashboard.view import Site, open_view
 from storage.errors import UsageError
+from storage.views import one_catalog
 
 Content: TypeAlias = Sequence[Component]
 Key: TypeAlias = tuple[str, str | None]
@@ -51,10 +52,11 @@ class FilledPages:
             kept = self._kept_at(key)
             if kept is not None:
                 return kept
-            content = self._filled(address)
+            content = self._whole(address)
             if self._reader.stamp != key[1]:
                 # a catalog came while the page was read: its parts are to be of one. Once, for runs can be quick
-                key, content = (address.href, self._reader.stamp), self._filled(address)
+                key = (address.href, self._reader.stamp)
+                content = self._whole(address)
             self._keep(key, content)
             return content
 
@@ -81,6 +83,13 @@ class FilledPages:
             self._kept.move_to_end(key)
             while len(self._kept) > MOST_KEPT:
                 self._kept.popitem(last=False)
+
+    def _whole(self, address: Address) -> Content:
+        """Fill a page from one catalog; there is none before the first run."""
+        if self._reader.stamp is None:
+            return self._filled(address)
+        with one_catalog(self._reader.workspace):
+            return self._filled(address)
 
     def _filled(self, address: Address) -> Content:
         page = pages().get(address.page)

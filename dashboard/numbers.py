@@ -81,6 +81,12 @@ def probability(value: float | None) -> str:
     return "< 0.0001" if value < 1e-4 else f"{value:.2g}"
 
 
+def p_value(value: float | None) -> str:
+    """Write a probability with its name, as in ``p = 0.03`` or ``p < 0.0001``."""
+    text = probability(value)
+    return f"p {text}" if text.startswith("<") else f"p = {text}"
+
+
 def day(time: datetime | None) -> str:
     """Write the date of an instant, UTC."""
     return MISSING if time is None else f"{time:%Y-%m-%d}"

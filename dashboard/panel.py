@@ -34,7 +34,8 @@ class Panel:
     """A titled part of a page.
 
     ``span`` is how many of the twelve columns it takes on a wide screen. ``missing`` says why there is nothing to
-    show; then ``content`` is None. ``note`` is a sentence below: what the drawing does not say itself.
+    show; then ``content`` is None. ``note`` is a sentence below: what the drawing does not say itself. A drawing that needs
+    ``least_px`` is moved sideways on a narrower screen.
     """
 
     name: str
@@ -45,6 +46,7 @@ class Panel:
     note: str | None = None
     missing: str | None = None
     tools: Sequence[Component] = ()
+    least_px: int = 0
 
 
 Draw: TypeAlias = Callable[..., Panel]

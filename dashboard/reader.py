@@ -66,9 +66,12 @@ class Reader:
             if key in self._answers:
                 return self._answers[key]  # type: ignore[return-value]
         answer = question(self.workspace, *about)
+        present = catalog_stamp(self.workspace)
         with self._lock:
-            # a catalog that came meanwhile has other answers
-            if stamp == self._stamp:
+            if present != stamp:
+                # a catalog that came meanwhile has other answers: look again at once
+                self._looked_at = -math.inf
+            elif stamp == self._stamp:
                 if len(self._answers) >= MOST_ANSWERS:
                     self._answers.pop(next(iter(self._answers)))
                 self._answers[key] = answer

@@ -3,9 +3,11 @@
 import hmac
 import ipaddress
 import logging
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Final
+from urllib.parse import urlencode
 
 import flask
 import waitress
@@ -121,18 +123,23 @@ def guarded(server: flask.Flask, where: Listening) -> flask.Flask:
     return server
 
 
+_HOST: Final = re.compile(r"(?:\[([0-9a-fA-F:.]+)\]|([0-9A-Za-z.-]+))(?::[0-9]+)?")
+
+
 def _host_name(host: str) -> str:
-    """The name without its port: ``[::1]:8050`` is ``::1``."""
-    if host.startswith("["):
-        return host[1:].partition("]")[0]
-    return host.partition(":")[0]
+    """The name without its port: ``[::1]:8050`` is ``::1``; empty where it is no host."""
+    found = _HOST.fullmatch(host)
+    return "" if found is None else found.group(1) or found.group(2)
 
 
 def _admit(token: str) -> flask.Response | None:
     """Let in who brings the token: once in the address (then as a cookie), or as ``Authorization: Bearer``."""
     given = flask.request.args.get("token")
     if given is not None and _same(given, token):
-        response = flask.Response("", 303, {"Location": flask.request.path})
+        rest = [(key, value) for key, value in flask.request.args.items(multi=True) if key != "token"]
+        # the path alone: two slashes would be another server's name
+        path = "/" + flask.request.path.lstrip("/")
+        response = flask.Response("", 303, {"Location": path + (f"?{urlencode(rest)}" if rest else "")})
         response.set_cookie(COOKIE, token, httponly=True, samesite="Strict")
         return response
     bearer = flask.request.headers.get("Authorization", "").removeprefix("Bearer ")

@@ -242,11 +242,12 @@ def _panel(view: View, page: Page, panel: Panel) -> Component:
 def _content(panel: Panel) -> Component:
     if isinstance(panel.content, Figure):
         height = panel.content.layout.height or 320
-        return dcc.Graph(
+        graph = dcc.Graph(
             id={"type": "drawing", "panel": panel.name},
             figure=panel.content,
             config=_DRAWING,
             responsive=True,
-            style={"height": f"{height}px"},
+            style={"height": f"{height}px", "minWidth": f"{panel.least_px}px"},
         )
+        return html.Div(graph, className="wide") if panel.least_px else graph
     return html.Div(panel.content)

@@ -153,7 +153,7 @@ def open_view(reader: Reader, address: Address, sites: Mapping[str, Site]) -> Vi
     condition = found[names.index(epoch)]
     reference = _known("reference epoch", address.reference, names)
     chosen = next((c.epoch for c in found if c.epoch.epoch == reference), None) or _reference(reader, found)
-    result = _result(reader, structure, address, site.primary)
+    result = _result(reader, condition.epoch, address, site.primary)
     filled = address.choosing(structure=structure, epoch=epoch, scheme=result[0], method=result[1])
     return View(reader, address, filled, sites, newest, found, condition, chosen, result)
 
@@ -189,11 +189,13 @@ def _reference(reader: Reader, found: Sequence[Condition]) -> EpochRow | None:
     return marked[0] if marked else None
 
 
-def _result(reader: Reader, structure: str, address: Address, primary: Result) -> Result:
+def _result(reader: Reader, epoch: EpochRow, address: Address, primary: Result) -> Result:
     scheme, method = address.scheme or primary[0], address.method
     if method is None:
         method = primary[1] if scheme == primary[0] else None
-    known = {(row.scheme, row.method) for row in reader.ask(tilt_rows, structure)} | {primary}
+    known = {(row.scheme, row.method) for row in reader.ask(tilt_rows, epoch.structure)} | {primary}
+    # those that gave no axis, too: their page says why
+    known |= {(row.scheme, row.method) for row in reader.ask(scheme_rows, epoch.structure, epoch.epoch)}
     matching = sorted(pair for pair in known if pair[0] == scheme and method in (None, pair[1]))
     if not matching:
         names = ", ".join(f"{a}/{b}" for a, b in sorted(known))

@@ -7,6 +7,7 @@ from typing import Final
 from flows.terminal import Json
 from storage.records import EpochRow, VerdictRow
 from storage.views.condition import Condition, Level
+from tasks.geometry.probability_text import p_text
 
 EXIT_CODES: Final = {Level.OK: 0, Level.QUALITY: 4, Level.WARNING: 5, Level.ALARM: 6}
 
@@ -134,7 +135,7 @@ def significance_text(significant: bool | None, p_value: float | None, smallest_
         return "significance unknown"
     word = "significant" if significant else "not significant"
     found = "" if smallest_m is None else f"; from {1e3 * smallest_m:.1f} mm on it would be found"
-    return f"{word} (p = {p_value:.2g}{found})"
+    return f"{word} ({p_text(p_value)}{found})"
 
 
 def _plus_minus(u_m: float | None) -> str:

@@ -5,6 +5,7 @@ import json
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -22,7 +23,6 @@ from storage.catalog_content import (
     remove_rows,
 )
 from storage.catalog_parts import CATALOG_TABLES, Part, part_of, stamps_of
-from storage.catalog_stamp import stamp_of_file
 from storage.errors import StorageError
 from storage.kept_catalog import kept_cursor
 from storage.locks import publish_lock
@@ -39,6 +39,10 @@ STORAGE_VERSION: Final = "v1.0.0"
 # it is made anew
 _FEW_FILES: Final = 1000
 _MOST_REPLACED: Final = 0.25
+
+
+_FIXED: Final[ContextVar[Mapping[Path, duckdb.DuckDBPyConnection]]] = ContextVar("one catalog", default={})  # noqa: B039
+"""What a thread reads from while it is in ``one_catalog``; replaced and never changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +126,8 @@ def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
         raise StorageError(
             f"no catalog at {ws.catalog}; process the campaign first with `tiltwatch run FILE`"
         )
-    found = kept_cursor(ws.catalog, stamp_of_file(ws.catalog), lambda: _opened(ws.catalog))
+    fixed = _FIXED.get().get(ws.catalog)
+    found = kept_cursor(ws.catalog, lambda: _opened(ws.catalog)) if fixed is None else fixed.cursor()
     connection = _opened(ws.catalog) if found is None else found
     try:
         # a cursor begins anew with both
@@ -131,6 +136,26 @@ def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
         yield connection
     finally:
         connection.close()
+
+
+@contextmanager
+def one_catalog(ws: Workspace) -> Iterator[None]:
+    """Have all readings of this thread see one catalog: what belongs together is read together.
+
+    Without it every reading opens the newest, and an epoch that is published between two is in the one and not in the
+    other.
+
+    Raises
+    ------
+    StorageError
+        If there is no catalog or it cannot be read.
+    """
+    with read_catalog(ws) as connection:
+        before = _FIXED.set({**_FIXED.get(), ws.catalog: connection})
+        try:
+            yield
+        finally:
+            _FIXED.reset(before)
 
 
 def _opened(catalog: Path) -> duckdb.DuckDBPyConnection:

@@ -9,6 +9,8 @@ from typing import Final
 
 import duckdb
 
+from storage.catalog_stamp import stamp_of_file
+
 Open = Callable[[], duckdb.DuckDBPyConnection]
 
 
@@ -35,31 +37,28 @@ def keep_open(catalog: Path) -> None:
 
 
 def close_kept(catalog: Path) -> None:
-    """Close a catalog that was kept open; it is not kept any more."""
+    """Keep a catalog open no longer; who reads it now reads on."""
     with _LOCK:
-        kept = _KEPT.pop(catalog, None)
-    if kept is not None and kept.connection is not None:
-        kept.connection.close()
+        _KEPT.pop(catalog, None)
 
 
-def kept_cursor(catalog: Path, stamp: str | None, opened: Open) -> duckdb.DuckDBPyConnection | None:
+def kept_cursor(catalog: Path, opened: Open) -> duckdb.DuckDBPyConnection | None:
     """Return a cursor of the open catalog, for the caller to close; None where it is not one that is kept.
+
+    A file that was replaced is opened anew. The one before is not closed but let go: to close a connection closes the
+    cursors that others read from just now; it goes with the last of them.
 
     Parameters
     ----------
-    stamp : str
-        What tells the present file from any other one; another than before has it opened anew. Cursors of the file
-        before go on with what they see.
     opened : callable
-        Opens it.
+        Opens the catalog.
     """
     with _LOCK:
         kept = _KEPT.get(catalog)
         if kept is None:
             return None
+        # within the lock, or a thread that was late would bring an old stamp
+        stamp = stamp_of_file(catalog)
         if kept.connection is None or kept.stamp != stamp:
-            before, kept.connection = kept.connection, opened()
-            kept.stamp = stamp
-            if before is not None:
-                before.close()
+            kept.connection, kept.stamp = opened(), stamp
         return kept.connection.cursor()

@@ -95,7 +95,7 @@ def _instead(found: Evidence) -> str:
         return "There is no result, and no other epoch that is whole."
     before = next((row for row in found.tilts_before if (row.scheme, row.method) == found.result), None)
     told = "" if before is None else f": {numbers.mm_with_u(before.deviation_m, before.deviation_sigma_m)}"
-    return f"There is no result. The newest whole epoch is {found.before.epoch}{told}."
+    return f"There is no result. The last whole epoch before it is {found.before.epoch}{told}."
 
 
 def _less_certain(found: Evidence) -> str:

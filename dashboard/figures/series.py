@@ -91,7 +91,7 @@ def movement_series(
     _detectable(figure, movements)
     figure.add_hline(y=0.0, line={"color": SOFT, "width": 1})
     if trend is not None:
-        _trend(figure, movements, direction, component, trend)
+        _trend(figure, _with_origin(movements, direction, component, reference), trend)
     _moved(figure, movements, direction, component, marking)
     if reference is not None:
         _origin(figure, *reference)
@@ -138,15 +138,24 @@ def _origin(figure: Figure, epoch: str, time: datetime) -> None:
     )
 
 
-def _trend(
-    figure: Figure, movements: Sequence[Movement], direction: Direction, component: int, trend: Trend
-) -> None:
+def _with_origin(
+    movements: Sequence[Movement],
+    direction: Direction,
+    component: int,
+    reference: tuple[str, datetime] | None,
+) -> list[tuple[datetime, float]]:
+    """Times and movements, m, the reference with its 0 among them."""
+    found = [(m.time, float(m.turned(direction)[component])) for m in movements]
+    return found if reference is None else [*found, (reference[1], 0.0)]
+
+
+def _trend(figure: Figure, points: Sequence[tuple[datetime, float]], trend: Trend) -> None:
     """Draw the rate through the mean of the epochs that it was found from; the catalog holds no intercept."""
-    found = [m for m in movements if trend.since <= m.time <= trend.until]
+    found = [(time.timestamp(), value) for time, value in points if trend.since <= time <= trend.until]
     if not found:
         return
-    mean_s = sum(m.time.timestamp() for m in found) / len(found)
-    mean_m = sum(float(m.turned(direction)[component]) for m in found) / len(found)
+    mean_s = sum(time for time, _value in found) / len(found)
+    mean_m = sum(value for _time, value in found) / len(found)
     ends = (trend.since, trend.until)
     u = "" if trend.sigma_m_per_year is None else f" ± {2e3 * trend.sigma_m_per_year:.1f}"
     figure.add_trace(
@@ -326,6 +335,6 @@ def _moved_told(movement: Movement) -> str:
     u = None if movement.sigma_m is None else movement.sigma_m
     return (
         f"<b>{plain(movement.epoch)}</b>, {numbers.day(movement.time)}<br>moved {numbers.mm_with_u(movement.size_m, u)}"
-        f"<br>{verdict[movement.significant]}, p = {numbers.probability(movement.p_value)}"
+        f"<br>{verdict[movement.significant]}, {numbers.p_value(movement.p_value)}"
         f"<br>covariance: {plain(movement.basis)}"
     )

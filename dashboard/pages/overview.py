@@ -80,7 +80,12 @@ def _alarms(view: View) -> Panel:
 
 def _alarm_line(row: AlarmRow) -> list[Component | str]:
     said = f" {row.rule}, {row.state}, raised {numbers.day(row.raised_at)}"
-    return [badge(severity_tone(row.severity), row.severity.upper()), said, html.Br(), row.what or ""]
+    return [
+        badge(severity_tone(row.severity), row.severity.upper()),
+        said,
+        html.Br(),
+        numbers.brief(row.what, 200),
+    ]
 
 
 def severity_tone(severity: str) -> Tone:

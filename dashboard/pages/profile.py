@@ -7,13 +7,13 @@ from dash.development.base_component import Component
 
 from dashboard import numbers
 from dashboard.content.direction import direction_of
-from dashboard.content.profile import Profile, profile_of
+from dashboard.content.profile import Profile, profile_of, shaft_of
 from dashboard.figures.profile import axis_profile
 from dashboard.page import Page
 from dashboard.panel import Panel, Table
 from dashboard.view import View
 from storage.records import ChangeTestRow, TiltRow
-from storage.views import axis_parameter_rows, change_test_rows
+from storage.views import axis_parameter_rows, change_test_rows, coverage_rows
 
 
 def fill(view: View) -> Sequence[Panel]:
@@ -32,7 +32,8 @@ def profile_at(view: View, epoch: str, reference: str | None = None) -> Profile 
     direction = direction_of(view.tilt(reference) if reference else tilt)
     parameters = view.reader.ask(axis_parameter_rows, view.structure, epoch)
     of_result = [row for row in parameters if (row.scheme, row.method) == view.result]
-    return profile_of(tilt, view.slices(epoch), of_result, direction)
+    shaft_z_m = shaft_of(view.reader.ask(coverage_rows, view.structure, epoch))
+    return profile_of(tilt, view.slices(epoch), of_result, direction, shaft_z_m)
 
 
 def _profile(view: View) -> Panel:
@@ -59,6 +60,7 @@ def _profile(view: View) -> Panel:
         axis_profile(profile, ghost, lambda index: address.with_more(slice=str(index)).href),
         Table(columns, rows),
         span=12,
+        least_px=720,
         note=note,
         missing=None if len(profile.z_m) else "no slice of this axis has a centre",
     )
@@ -69,8 +71,10 @@ def _numbers(view: View) -> Panel:
     if tilt is None:
         return Panel("numbers", "In numbers", None, span=6, missing="no axis in this epoch")
     rows = _facts(tilt)
-    body = html.Table(html.Tbody([html.Tr([html.Td(name), html.Td(text)]) for name, text in rows]))
-    content: list[Component] = [html.Div(body, className="wide")]
+    body = html.Table(
+        html.Tbody([html.Tr([html.Th(name), html.Td(text)]) for name, text in rows]), className="facts"
+    )
+    content: list[Component] = [body]
     if tilt.warning:
         content.append(html.P([html.B("Mind: "), tilt.warning], className="note"))
     return Panel("numbers", "In numbers", html.Div(content), span=6)

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from dashboard.paper_figures.style import STYLE, register_fonts, write_heading
 from dashboard.paper_figures.subject import Subject
+from dashboard.report.charts.style import DRAWING
 from storage.errors import UsageError
 from storage.workspace import Workspace
 
@@ -46,7 +47,7 @@ def draw_figure(ws: Workspace, subject: Subject, number: int, file_format: str) 
     content = module.read(ws, subject)
     register_fonts()
     look: Any = {**dict(mpl.rcParamsDefault), **STYLE}  # whatever a user's matplotlibrc says
-    with mpl.rc_context(look):
+    with DRAWING, mpl.rc_context(look):
         return _drawn(module, subject, content, file_format)
 
 

@@ -32,6 +32,7 @@ from storage.views import (
     axis_parameter_rows,
     change_test_rows,
     coverage_rows,
+    one_catalog,
     pair_rows,
     reference_lean_rows,
     removal_rows,
@@ -142,6 +143,11 @@ def gather(origin: Origin) -> Facts:
     StorageError
         If the catalog cannot be read or does not hold the epoch.
     """
+    with one_catalog(origin.workspace):
+        return _gathered(origin)
+
+
+def _gathered(origin: Origin) -> Facts:
     ws, structure, epoch = origin.workspace, origin.structure, origin.epoch
     history = _history(origin)
     chosen = history[-1].epoch

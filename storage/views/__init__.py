@@ -1,5 +1,6 @@
 """What the catalog says, as typed rows: all that command line, reports and dashboards read."""
 
+from storage.catalog import one_catalog
 from storage.change import ChangeRow
 from storage.surface_change import SurfaceChangeRow
 from storage.version import VersionChangeRow, VersionRow, VersionTiltRow
@@ -59,6 +60,7 @@ __all__ = [
     "follow_catalog",
     "latest_epochs",
     "leave_catalog",
+    "one_catalog",
     "pair_rows",
     "reference_lean_rows",
     "removal_rows",

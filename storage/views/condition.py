@@ -6,7 +6,7 @@ from enum import IntEnum
 from typing import Final
 
 from storage.records import AlarmRow, EpochRow, TiltRow
-from storage.views import ChangeRow, alarm_rows, change_rows, epoch_rows, tilt_rows
+from storage.views import ChangeRow, alarm_rows, change_rows, epoch_rows, one_catalog, tilt_rows
 from storage.workspace import Workspace
 
 COVERAGE: Final = 2.0
@@ -93,7 +93,11 @@ def conditions(workspace: Workspace, structure: str, primary: tuple[str, str]) -
     StorageError
         If the catalog cannot be read.
     """
-    scheme_method = (primary[0], primary[1])
+    with one_catalog(workspace):
+        return _conditions(workspace, structure, (primary[0], primary[1]))
+
+
+def _conditions(workspace: Workspace, structure: str, scheme_method: tuple[str, str]) -> list[Condition]:
     tilts = {
         row.epoch: row for row in tilt_rows(workspace, structure) if (row.scheme, row.method) == scheme_method
     }
@@ -112,6 +116,7 @@ def conditions(workspace: Workspace, structure: str, primary: tuple[str, str]) -
             changes.get(epoch.epoch),
             # what lasts concerns the present, whichever epoch its value is of
             alarms if epoch is epochs[-1] else [alarm for alarm in alarms if alarm.epoch == epoch.epoch],
+            is_first=epoch is epochs[0],
         )
         for epoch in epochs
     ]
@@ -148,8 +153,12 @@ def _condition(
     tilt: TiltRow | None,
     change: ChangeRow | None,
     alarms: list[AlarmRow],
+    *,
+    is_first: bool,
 ) -> Condition:
     reasons = [*_quality(epoch, primary, tilt), *_verdict(tilt), *_moved(change)]
+    if tilt is not None and not epoch.is_reference and not is_first:
+        reasons += _untold(change)
     for alarm in alarms:
         if alarm.severity in _BY_SEVERITY:
             at = f" (epoch {alarm.epoch})" if alarm.epoch else ""
@@ -176,6 +185,17 @@ def _verdict(tilt: TiltRow | None) -> list[Reason]:
         return [Reason(Level.ALARM, "the deviation is above its limit")]
     if tilt is not None and tilt.verdict == "cannot tell":
         return [Reason(Level.WARNING, "the limit lies within the uncertainty of the deviation")]
+    return []
+
+
+def _untold(change: ChangeRow | None) -> list[Reason]:
+    """Where nothing can be said of a movement, nothing is in order."""
+    if change is None:
+        what = "whether it moved cannot be told: there is no axis of the reference epoch to count from"
+        return [Reason(Level.QUALITY, what)]
+    if change.significant is None:
+        what = f"whether it moved since {change.reference_epoch} cannot be told: the covariance of the change is unknown"
+        return [Reason(Level.QUALITY, what)]
     return []
 
 

@@ -7,6 +7,7 @@ from math import log, sqrt
 
 from tasks.alarms.model import Finding, Point, RuleKind, millimetres
 from tasks.alarms.record import Change, EpochState, Record
+from tasks.geometry.probability_text import p_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,7 +50,7 @@ class MovedRule:
             broken=significant and (witness is not None or not self.confirm),
             eased=not significant and change.size_m < self.clear_ratio * smallest_m,
             what=f"the {self.quantity} changed by {millimetres(change.size_m)} since {change.reference_epoch}"
-            f" (p = {change.p_value:.2g}; from {millimetres(smallest_m)} on it is significant at {self.p:g}){said}",
+            f" ({p_text(change.p_value)}; from {millimetres(smallest_m)} on it is significant at {self.p:g}){said}",
         )
 
     def _significant_m(self, change: Change) -> float | None:

@@ -62,9 +62,7 @@ def test_every_page_can_be_filled_from_a_small_catalog(client: FlaskClient, name
 
 
 @pytest.mark.parametrize("name", list(pages()))
-def test_every_page_can_be_filled_for_the_first_epoch_alone(
-    client: FlaskClient, name: str
-) -> None:
+def test_every_page_can_be_filled_for_the_first_epoch_alone(client: FlaskClient, name: str) -> None:
     texts = list(_texts(json.loads(_page(client, f"/{name}", "?epoch=e0"))))
     assert not {"This cannot be shown", "This page failed"} & set(texts)
 
@@ -89,9 +87,7 @@ def test_a_workspace_without_epochs_says_what_to_do(ws: Workspace) -> None:
     assert "Nothing is processed yet" in _page(client, "/")
 
 
-def test_the_table_of_a_drawing_has_the_numbers_of_the_catalog(
-    client: FlaskClient, reader: Reader
-) -> None:
+def test_the_table_of_a_drawing_has_the_numbers_of_the_catalog(client: FlaskClient, reader: Reader) -> None:
     answer = client.get("/csv/overview/deviation?epoch=e1")
     assert answer.mimetype == "text/csv"
     rows = list(csv.DictReader(io.StringIO(answer.text)))
@@ -103,7 +99,13 @@ def test_the_table_of_a_drawing_has_the_numbers_of_the_catalog(
 
 
 @pytest.mark.parametrize(
-    "path", ["/csv/overview/nothing", "/csv/nowhere/deviation", "/csv/overview/deviation?epoch=e9"]
+    "path",
+    [
+        "/csv/overview/nothing",
+        "/csv/nowhere/deviation",
+        "/csv/overview/deviation?epoch=e9",
+        "/csv/alarms/list?state=x",
+    ],
 )
 def test_a_table_that_is_not_there_is_not_found(client: FlaskClient, path: str) -> None:
     assert client.get(path).status_code == 404

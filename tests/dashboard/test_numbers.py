@@ -76,3 +76,7 @@ def test_an_epoch_that_lies_in_the_future_is_called_so() -> None:
 def test_a_long_text_is_cut_at_a_word() -> None:
     assert numbers.brief("one two three", 9) == "one two …"
     assert numbers.brief("one two", 9) == "one two"
+
+
+def test_a_probability_is_written_with_its_name() -> None:
+    assert [numbers.p_value(value) for value in (0.031, 1e-9, None)] == ["p = 0.031", "p < 0.0001", "p = --"]

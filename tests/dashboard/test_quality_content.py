@@ -79,12 +79,12 @@ def test_a_degraded_epoch_says_how_much_less_certain_it_is() -> None:
     assert second.what == "Station ST02 is failed: cut short"
 
 
-def test_a_failed_epoch_names_the_newest_whole_one() -> None:
+def test_a_failed_epoch_names_the_last_whole_one() -> None:
     epoch = epoch_row("e1", 1, state="failed", reason="no scan could be read", n_stations_used=0)
     (mind,) = warnings(evidence(epoch=epoch, tilts=[], slices=[], stations=[], schemes=[]))
     assert mind.tone == "quality"
     assert mind.what.endswith("0 of 2 stations entered the result; no scan could be read")
-    assert "The newest whole epoch is e0: 920.8 ± 2.0 mm" in mind.then
+    assert "The last whole epoch before it is e0: 920.8 ± 2.0 mm" in mind.then
     alone = evidence(epoch=epoch, tilts=[], slices=[], stations=[], schemes=[], before=None, tilts_before=[])
     assert "no other epoch" in warnings(alone)[0].then
 

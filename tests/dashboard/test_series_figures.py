@@ -76,7 +76,9 @@ def test_movements_in_the_plan_are_east_and_north() -> None:
 
 
 def test_a_click_on_a_centre_opens_its_slice() -> None:
-    profile = profile_of(TILTS[0], [slice_row("e0", index) for index in range(3)], [], direction_of(TILTS[0]))
+    profile = profile_of(
+        TILTS[0], [slice_row("e0", index) for index in range(3)], [], direction_of(TILTS[0]), None
+    )
     figure = axis_profile(profile, None, lambda index: f"/slice?slice={index}")
     links = {data[-1] for trace in figure.data if trace.customdata is not None for data in trace.customdata}
     assert links == {f"/slice?slice={index}" for index in range(3)}

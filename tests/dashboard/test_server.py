@@ -36,7 +36,10 @@ def test_on_loopback_nobody_needs_a_token() -> None:
     assert _client(Listening()).get("/").status_code == 200
 
 
-@pytest.mark.parametrize("host", ["evil.example", "evil.example:8050", "10.0.0.5:8050"])
+@pytest.mark.parametrize(
+    "host",
+    ["evil.example", "evil.example:8050", "10.0.0.5:8050", "[::1].evil.example", "127.0.0.1:80@evil.example"],
+)
 def test_a_foreign_name_that_points_at_this_machine_is_refused(host: str) -> None:
     answer = _client(Listening()).get("/", headers={"Host": host})
     assert answer.status_code == 403
@@ -68,8 +71,8 @@ def test_elsewhere_nobody_comes_in_without_the_token() -> None:
 
 def test_the_token_in_the_address_becomes_a_cookie_and_leaves_the_address() -> None:
     client = _client(Listening("0.0.0.0", token=TOKEN))  # noqa: S104
-    answer = client.get(f"/?token={TOKEN}")
-    assert (answer.status_code, answer.headers["Location"]) == (303, "/")
+    answer = client.get(f"/?structure=a%26b&token={TOKEN}")
+    assert (answer.status_code, answer.headers["Location"]) == (303, "/?structure=a%26b")
     assert "HttpOnly" in answer.headers["Set-Cookie"]
     assert client.get("/").status_code == 200
 
@@ -84,3 +87,9 @@ def test_pages_may_load_from_this_server_only() -> None:
     policy = answer.headers["Content-Security-Policy"]
     assert "default-src 'self'" in policy
     assert "http" not in policy
+
+
+def test_a_path_that_looks_like_another_server_stays_here() -> None:
+    answer = _client(Listening("0.0.0.0", token=TOKEN)).get(f"//evil.example/x?token={TOKEN}")  # noqa: S104
+    assert answer.headers.get("Location", "/x").startswith("/")
+    assert not answer.headers.get("Location", "/x").startswith("//")

@@ -1,13 +1,17 @@
 """An address is filled in from what the catalog holds."""
 
+from dataclasses import replace
+
 import pytest
 
 from dashboard.address import Address
 from dashboard.reader import Reader
 from dashboard.view import Site, open_view
+from storage.catalog import rebuild_catalog
 from storage.errors import UsageError
+from storage.publish import publish_epoch
 from storage.workspace import Workspace
-from tests.storage.campaign import STRUCTURE
+from tests.storage.campaign import STRUCTURE, epoch_tables, scheme_row
 
 SITES = {STRUCTURE: Site("The chimney", ("A", "paper"))}
 
@@ -47,3 +51,16 @@ def test_an_earlier_epoch_can_be_the_reference(reader: Reader) -> None:
     assert view is not None
     assert view.reference is not None
     assert (view.epoch.epoch, view.reference.epoch) == ("e0", "e1")
+
+
+def test_a_scheme_that_never_gave_an_axis_can_be_asked_for(reader: Reader, ws: Workspace) -> None:
+    tables = epoch_tables("e2", 2)
+    tables["schemes"] = [
+        *tables["schemes"],
+        replace(scheme_row("e2"), scheme="F", state="failed", reason="no points"),
+    ]
+    publish_epoch(ws, STRUCTURE, "e2", tables)
+    rebuild_catalog(ws)
+    view = open_view(reader, Address(scheme="F", method="paper"), SITES)
+    assert view is not None
+    assert (view.result, view.tilt()) == (("F", "paper"), None)

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from threading import RLock
 from typing import Any, Final
 
 import matplotlib as mpl
@@ -21,6 +22,9 @@ FONTS: Final = Path(__file__).resolve().parents[1] / "fonts"
 
 LATIN: Final = "Tiltwatch Inter"
 CHINESE: Final = "Tiltwatch Noto SC"
+
+DRAWING: Final = RLock()
+"""Held while matplotlib draws."""
 
 FULL_WIDTH_MM: Final = 178.0
 """Width of the text on A4."""
@@ -79,7 +83,8 @@ def draw(name: str, size_mm: tuple[float, float], plot: Callable[[Figure], None]
         Draws on the figure; text in it is never taken for markup.
     """
     _register_fonts()
-    with mpl.rc_context(_settings()):
+    # the settings of matplotlib are those of the whole process: two threads would draw with each other's
+    with DRAWING, mpl.rc_context(_settings()):
         figure = Figure(figsize=(size_mm[0] / 25.4, size_mm[1] / 25.4), layout=_layout())
         FigureCanvasSVG(figure)
         plot(figure)

@@ -2,7 +2,7 @@
 
 from dashboard import numbers
 from dashboard.content.direction import direction_of
-from dashboard.content.profile import profile_of
+from dashboard.content.profile import profile_of, shaft_of
 from dashboard.report.blocks import Beside, Block, Chart, Missing, Pairs, Section
 from dashboard.report.charts import profile
 from dashboard.report.facts import Facts
@@ -26,7 +26,7 @@ def _profile(facts: Facts, words: Words, charts: dict[str, str]) -> Block:
     if tilt is None:
         return Missing(title, words("card.no_result"))
     parameters = [row for row in facts.parameters if (row.scheme, row.method) == facts.primary]
-    shown = profile_of(tilt, facts.primary_slices, parameters, direction_of(tilt))
+    shown = profile_of(tilt, facts.primary_slices, parameters, direction_of(tilt), shaft_of(facts.coverage))
     if not len(shown.z_m):
         return Missing(title, words("shape.no_centres"))
     charts["profile"] = profile.chart(shown, words)
