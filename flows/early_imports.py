@@ -1,10 +1,13 @@
 """What stages need before they begin, had while the workflow server starts: for that the run waits anyhow."""
 
 import importlib
+import logging
 import sys
 from contextlib import suppress
 from threading import Thread
 from typing import Final
+
+_LOG: Final = logging.getLogger(__name__)
 
 MODULES: Final = (
     "laspy",
@@ -41,7 +44,10 @@ def keep_what_was_compiled() -> None:
     if "tasks.geometry.compiled" in sys.modules:
         from tasks.geometry.compiled_forms import keep_forms  # noqa: PLC0415 (numba is slow to import)
 
-        keep_forms()
+        try:
+            keep_forms()
+        except Exception:  # the run is done and good: what the next one loads sooner is no part of it
+            _LOG.warning("which compiled loops were needed cannot be kept", exc_info=True)
 
 
 def _import_all() -> None:

@@ -1,5 +1,6 @@
 """The first step of an epoch: every scan that the campaign names is read, or refused with a reason."""
 
+import stat
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -55,12 +56,22 @@ def _asked_for(
     work: EpochWork, plans: Sequence[PlannedScan]
 ) -> Iterator[tuple[PlannedScan, str, Pending | None]]:
     """Ask for every scan by its digest, as soon as that is known; one without a digest has its reason there."""
-    with ThreadPoolExecutor(HASHED_AT_ONCE) as pool:
-        found = pool.map(lambda plan: _digest_or_reason(work.calls.ledger, plan.path), plans)
-        for plan, (digest, reason) in zip(plans, found, strict=True):
-            yield (
-                (plan, digest, _ask_for_scan(work, plan, digest)) if reason is None else (plan, reason, None)
-            )
+    for plan, (digest, reason) in zip(plans, _digests_of(work.calls.ledger, plans), strict=True):
+        yield (plan, digest, _ask_for_scan(work, plan, digest)) if reason is None else (plan, reason, None)
+
+
+def _digests_of(ledger: RunLedger, plans: Sequence[PlannedScan]) -> Iterator[tuple[str, str | None]]:
+    """Digest or reason of the file of each plan; one that several name, as parts of it, is read once."""
+    pool = ThreadPoolExecutor(HASHED_AT_ONCE)
+    try:
+        paths = dict.fromkeys(plan.path for plan in plans)
+        found = {path: pool.submit(_digest_or_reason, ledger, path) for path in paths}
+        for plan in plans:
+            yield found[plan.path].result()
+    except BaseException:  # who interrupts does not wait until gigabytes are hashed
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
 
 
 def _ask_for_scan(work: EpochWork, plan: PlannedScan, digest: str) -> Pending:
@@ -77,13 +88,25 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan, digest: str) -> Pending:
 
 def _digest_or_reason(ledger: RunLedger, path: Path) -> tuple[str, str | None]:
     """Digest of a file; or why it cannot be read."""
-    if not path.is_file():
-        what = "is a folder; name the scan itself" if path.is_dir() else "no such file; check the path"
-        return "", f"{path}: {what} in the campaign file"
+    unfit = _why_no_file(path)
+    if unfit is not None:
+        return "", f"{path}: {unfit} in the campaign file"
     try:
         return _digest_of(ledger, path), None
     except StorageError as fault:
         return "", str(fault)
+
+
+def _why_no_file(path: Path) -> str | None:
+    try:
+        mode = path.stat().st_mode
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        return "no such file; check the path"
+    except OSError as fault:
+        return f"cannot be looked at ({fault.strerror}); check the rights of its folders and the path"
+    if stat.S_ISDIR(mode):
+        return "is a folder; name the scan itself"
+    return None if stat.S_ISREG(mode) else "no such file; check the path"
 
 
 def _digest_of(ledger: RunLedger, path: Path) -> str:

@@ -34,7 +34,12 @@ def write_atomically(path: Path, content: bytes | Writer) -> None:
     StorageError
         If the system refuses, as for a full disk.
     """
-    replace_file(write_temp(path, content), path)
+    temp = write_temp(path, content)
+    try:
+        replace_file(temp, path)
+    except BaseException:
+        temp.unlink(missing_ok=True)
+        raise
     sync_folder(path.parent)
 
 

@@ -11,9 +11,9 @@ from typing import BinaryIO, Final
 import duckdb
 import pyarrow as pa
 
-from storage.atomic import write_atomically
 from storage.catalog import read_catalog
 from storage.errors import StorageError, UsageError
+from storage.named_files import write_named_file
 from storage.parquet import Value, encode_table, python_values, schema_of
 from storage.records import columns_of
 from storage.view_definitions import VIEWS, view_definition
@@ -49,7 +49,7 @@ def export_view(
         raise UsageError(f"unknown export format {file_format!r}; known: {', '.join(FORMATS)}")
     content = FORMATS[file_format](view, _content(ws, view, structure))
     if isinstance(out, Path):
-        write_atomically(out, content)
+        write_named_file(out, content)
     else:
         out.write(content)
 

@@ -1,7 +1,9 @@
 """What each run did, and under which settings: append only, one file a run."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from storage.atomic import write_atomically
 from storage.digests import text_sha256
@@ -89,3 +91,18 @@ def read_settings(ws: Workspace, digest: str) -> str:
             f"{path} is damaged: its digest is {text_sha256(text)}; delete it and run the epoch again"
         )
     return text
+
+
+def kept_frame(ws: Workspace, digest: str) -> Mapping[str, Any] | None:
+    """The table [frame] of the settings behind a ``campaign_digest``; None where they are not kept or have none.
+
+    Raises
+    ------
+    StorageError
+        If they are damaged.
+    """
+    if not settings_path(ws, digest).is_file():
+        return None
+    content = json.loads(read_settings(ws, digest))
+    frame = content.get("frame") if isinstance(content, dict) else None
+    return frame if isinstance(frame, dict) else None

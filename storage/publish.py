@@ -4,6 +4,7 @@ import hashlib
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
@@ -22,6 +23,7 @@ from storage.journal import (
     remove_journal,
     write_journal,
 )
+from storage.ledger import kept_frame
 from storage.locks import publish_lock
 from storage.parquet import encode_rows, read_rows
 from storage.records import TABLES, EpochRow
@@ -60,7 +62,8 @@ def publish_epoch(
 
     An epoch whose rows are the same but for the run that made them, and that run's settings, keeps its old files:
     ``epochs.run`` and ``epochs.campaign_digest`` are those of the run that published the rows, not of the last that
-    confirmed them. Results that are replaced are kept as a version (``storage.versions``).
+    confirmed them. Only where the settings of the two state another frame is it published again, so that the digest
+    leads to the frame in which the results lie. Results that are replaced are kept as a version (``storage.versions``).
 
     Parameters
     ----------
@@ -203,22 +206,33 @@ def _is_published(
         return False
     if any(_differs(paths[table], contents[table]) for table in EPOCH_TABLES if table != "epochs"):
         return False
-    return not _differs(paths["epochs"], _under_old_run(paths["epochs"], epochs))
+    return not _differs(paths["epochs"], _under_old_run(ws, paths["epochs"], epochs))
 
 
 def _differs(path: Path, content: bytes) -> bool:
     return path.read_bytes() != content
 
 
-def _under_old_run(path: Path, epochs: Sequence[object]) -> bytes:
-    """The row of the epoch as the run would have made it that published the old one."""
+def _under_old_run(ws: Workspace, path: Path, epochs: Sequence[object]) -> bytes:
+    """The row of the epoch as the run would have made it that published the old one; nothing if its frame was another."""
     rows = [row for row in epochs if isinstance(row, EpochRow)]
     try:
         old = {(row.run, row.campaign_digest) for row in read_rows(path, "epochs", EpochRow)}
     except StorageError:  # a damaged file differs from any content and is replaced
         return b""
+    if any(not _same_frame(ws, row.campaign_digest, digest) for row in rows for _, digest in old):
+        return b""
     confirmed = [replace(row, run=run, campaign_digest=digest) for row in rows for run, digest in old]
     return encode_rows("epochs", EpochRow, confirmed)
+
+
+def _same_frame(ws: Workspace, *digests: str) -> bool:
+    frames: list[Mapping[str, object] | None] = []
+    for digest in set(digests):
+        frames.append(None)
+        with suppress(StorageError):  # damaged settings tell of no frame
+            frames[-1] = kept_frame(ws, digest)
+    return all(frame == frames[0] for frame in frames)
 
 
 def _run_of(tables: Mapping[str, Sequence[object]]) -> str:

@@ -33,10 +33,10 @@ _READING: Final = threading.Lock()
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """Inode, size and time of change of a file; None if it is not there."""
+    """Inode, size and time of change of a file; None if it is not there or the system does not let it be seen."""
     try:
         stat = path.stat()
-    except FileNotFoundError:
+    except (OSError, ValueError):  # a name too long or with a zero byte, a folder that may not be searched
         return None
     return Stamp(stat.st_ino, stat.st_size, stat.st_mtime_ns)
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from storage.drawing.projected_system import projected_system
 from storage.errors import InputError
 from tasks.ingest import Bounds, ScanHeader, ScanPart, describe_scan
 from tasks.plan import REGISTERED, PlannedScan, plan_prior, plan_scans
@@ -52,7 +53,16 @@ def inspect_campaign(campaign: Campaign) -> Inspection:
                 continue
             scans.append(_inspected(epoch, planned, header))
             problems.extend(_header_problems(campaign, epoch, planned, header))
-    return Inspection(tuple(scans), (*problems, *_copies(scans)))
+    return Inspection(tuple(scans), (*_frame_problems(campaign), *problems, *_copies(scans)))
+
+
+def _frame_problems(campaign: Campaign) -> Iterator[str]:
+    if campaign.frame.horizontal == "local":
+        return
+    try:
+        projected_system(int(campaign.frame.horizontal.removeprefix("EPSG:")))
+    except InputError as error:
+        yield f"frame.horizontal: {error}"
 
 
 def place_of(epoch: str, station: str) -> str:

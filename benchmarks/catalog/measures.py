@@ -24,8 +24,8 @@ from storage.records import TABLES
 from storage.series import publish_series
 from storage.tables import epochs_on_disk
 from storage.views import change_test_rows, tilt_rows
-from storage.workspace import Workspace
 from storage.views.condition import conditions
+from storage.workspace import Workspace
 from tasks.settings import load_campaign
 
 PRIMARY: Final = ("S", "surface")

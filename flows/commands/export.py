@@ -65,7 +65,7 @@ def export(  # noqa: PLR0913 (options of a command)
         raise UsageError(f"{file_format} cannot be read on a terminal; name a file with --out")
     campaign = load_with_workspace(file, workspace)
     place = existing_workspace(workspace_of(campaign.folder, workspace))
-    write = _writer(place, what, file_format, _choice(campaign, epoch, scheme, method))
+    write = _writer(place, what, file_format, _choice(place, campaign, epoch, scheme, method))
     if out is None:
         sys.stdout.flush()
         _warn(write(sys.stdout.buffer))
@@ -81,16 +81,15 @@ def export(  # noqa: PLR0913 (options of a command)
 
 
 def _choice(
-    campaign: "Campaign", epoch: str | None, scheme: str | None, method: str | None
+    place: "Workspace", campaign: "Campaign", epoch: str | None, scheme: str | None, method: str | None
 ) -> "DrawingChoice":
-    from storage.drawing import DrawingChoice, DrawingFrame
+    from flows.epoch_frame import frame_of_epoch
+    from storage.drawing import DrawingChoice
 
-    frame = campaign.frame
-    epsg = None if frame.horizontal == "local" else int(frame.horizontal.removeprefix("EPSG:"))
     return DrawingChoice(
         structure=campaign.structure.id,
         primary=(campaign.report.primary[0], campaign.report.primary[1]),
-        frame=DrawingFrame(frame.origin_enu_m, epsg),
+        frame_of=lambda row: frame_of_epoch(place, campaign, row),
         epoch=epoch,
         scheme=scheme,
         method=method,

@@ -46,7 +46,7 @@ def figures(  # noqa: PLR0913 (options of a command)
         Folder for the figures; figures/STRUCTURE/EPOCH in the workspace where none is named.
     """
     from dashboard.paper_figures import draw_figure, figure_names
-    from storage.atomic import write_atomically
+    from storage.named_files import write_named_file
     from storage.workspace import existing_workspace
 
     campaign = load_with_workspace(file, workspace)
@@ -57,7 +57,7 @@ def figures(  # noqa: PLR0913 (options of a command)
     written = []
     for number in numbers:
         target = folder.expanduser().absolute() / f"{figure_names()[number]}.{file_format}"
-        write_atomically(target, draw_figure(place, subject, number, file_format))
+        write_named_file(target, draw_figure(place, subject, number, file_format))
         written.append(target)
         if not as_json:
             note(f"wrote {target}")

@@ -53,7 +53,7 @@ def report(  # noqa: PLR0913 (options of a command)
     """
     from dashboard.report.page import html_of
     from dashboard.report.paper import pdf_of
-    from storage.atomic import write_atomically
+    from storage.named_files import write_named_file
 
     campaign = load_with_workspace(file, workspace)
     facts, document = reported(campaign, workspace_of(campaign.folder, workspace), epoch, lang)
@@ -61,7 +61,7 @@ def report(  # noqa: PLR0913 (options of a command)
     written = []
     for path, content in ((targets[0], pdf_of), (targets[1], lambda made: html_of(made).encode())):
         if path is not None:
-            write_atomically(path, content(document))
+            write_named_file(path, content(document))
             written.append(str(path))
             if not as_json:
                 note(f"wrote {path}")

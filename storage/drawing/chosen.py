@@ -15,11 +15,14 @@ SchemeRow = TypeVar("SchemeRow", TiltRow, SliceRow)
 
 @dataclass(frozen=True, slots=True)
 class DrawingChoice:
-    """Which epoch, scheme and method, and where the drawing lies; None is the newest epoch, the primary axis."""
+    """Which epoch, scheme and method; None is the newest epoch, the primary axis.
+
+    ``frame_of`` gives the frame in which the geometry of an epoch is to lie.
+    """
 
     structure: str
     primary: tuple[str, str]
-    frame: DrawingFrame
+    frame_of: Callable[[EpochRow], DrawingFrame]
     epoch: str | None = None
     scheme: str | None = None
     method: str | None = None

@@ -21,11 +21,12 @@ class DrawingFrame:
     """Where a drawing lies: the frame in which the campaign states its positions, with east first.
 
     ``origin_m`` is what the campaign subtracts before any work, as east, north, up; here it is added again. ``epsg`` is the
-    code of the projected system, None where the frame is local.
+    code of the projected system, None where the frame is local. ``warning`` is what the user should know of it.
     """
 
     origin_m: Position = (0.0, 0.0, 0.0)
     epsg: int | None = None
+    warning: str = ""
 
     @property
     def meaning(self) -> str:

@@ -5,15 +5,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from storage.atomic import Writer, write_atomically
+from storage.atomic import Writer
 from storage.drawing.axis import axis_features
 from storage.drawing.chosen import DrawingChoice, epoch_with_axes, epoch_with_points, of_the_axes
-from storage.drawing.content import Drawing, DrawnCloud, Feature
+from storage.drawing.content import Drawing, DrawingFrame, DrawnCloud, Feature
 from storage.drawing.formats import CLOUD, GEOMETRY, cloud_writer_of, encoder_of
+from storage.drawing.projected_system import projected_system
 from storage.drawing.slice_circles import slice_features
 from storage.errors import UsageError
+from storage.named_files import write_named_file
 from storage.records import EpochRow
-from storage.views import slice_rows_of, tilt_rows
+from storage.views import one_catalog, slice_rows_of, tilt_rows
 from storage.views.shaft_points import shaft_points
 from storage.workspace import Workspace
 
@@ -48,6 +50,8 @@ def export_geometry(
         If there is no such thing, format, epoch, scheme or method.
     StorageError
         If there is nothing to draw, it is gone, or the file cannot be written.
+    InputError
+        If the frame is no projected system in metres with axes east and north.
     """
     if what not in GEOMETRY:
         raise UsageError(f"unknown geometry {what!r}; known: {', '.join(GEOMETRY)}")
@@ -58,22 +62,35 @@ def _export_shapes(
     ws: Workspace, what: str, file_format: str, choice: DrawingChoice, out: Path | BinaryIO
 ) -> Exported:
     encode = encoder_of(what, file_format)
-    epoch = epoch_with_axes(ws, choice)
-    features, missing = (_axes if what == "axis" else _slices)(ws, choice, epoch)
-    drawing = Drawing(what, choice.structure, epoch.epoch, epoch.epoch_time, choice.frame, features)
+    with one_catalog(ws):
+        epoch = epoch_with_axes(ws, choice)
+        frame = _frame(choice, epoch)
+        features, missing = (_axes if what == "axis" else _slices)(ws, choice, epoch, frame)
+    drawing = Drawing(what, choice.structure, epoch.epoch, epoch.epoch_time, frame, features)
     _write(out, encode(drawing))
-    warnings = tuple(text for text in (missing, _local(choice, file_format)) if text)
-    return Exported(epoch.epoch, len(features), choice.frame.meaning, warnings)
+    warnings = tuple(text for text in (missing, frame.warning, _local(frame, file_format)) if text)
+    return Exported(epoch.epoch, len(features), frame.meaning, warnings)
 
 
-def _axes(ws: Workspace, choice: DrawingChoice, epoch: EpochRow) -> tuple[list[Feature], str]:
+def _frame(choice: DrawingChoice, epoch: EpochRow) -> DrawingFrame:
+    frame = choice.frame_of(epoch)
+    if frame.epsg is not None:
+        projected_system(frame.epsg)
+    return frame
+
+
+def _axes(
+    ws: Workspace, choice: DrawingChoice, epoch: EpochRow, frame: DrawingFrame
+) -> tuple[list[Feature], str]:
     rows = of_the_axes(tilt_rows(ws, choice.structure, epoch.epoch), choice, epoch.epoch)
-    return [feature for row in rows for feature in axis_features(row, choice.frame)], ""
+    return [feature for row in rows for feature in axis_features(row, frame)], ""
 
 
-def _slices(ws: Workspace, choice: DrawingChoice, epoch: EpochRow) -> tuple[list[Feature], str]:
+def _slices(
+    ws: Workspace, choice: DrawingChoice, epoch: EpochRow, frame: DrawingFrame
+) -> tuple[list[Feature], str]:
     rows = of_the_axes(slice_rows_of(ws, choice.structure, epoch.epoch), choice, epoch.epoch)
-    features = [feature for row in rows for feature in slice_features(row, choice.frame)]
+    features = [feature for row in rows for feature in slice_features(row, frame)]
     missing = sum(row.center_east_m is None for row in rows)
     told = (
         f"{missing} of {len(rows)} slices have no contour and are not drawn; `export slices` has the reasons"
@@ -81,8 +98,8 @@ def _slices(ws: Workspace, choice: DrawingChoice, epoch: EpochRow) -> tuple[list
     return features, told if missing else ""
 
 
-def _local(choice: DrawingChoice, file_format: str) -> str:
-    if file_format != "geojson" or choice.frame.epsg is not None:
+def _local(frame: DrawingFrame, file_format: str) -> str:
+    if file_format != "geojson" or frame.epsg is not None:
         return ""
     return (
         "the frame is local: the file holds metres, not longitude and latitude, and a GIS will lay it beside Africa; "
@@ -96,24 +113,27 @@ def _export_cloud(
     write = cloud_writer_of(file_format)
     if choice.names_an_axis:
         raise UsageError("the cloud is the same for all schemes and methods; leave --scheme and --method out")
-    epoch = epoch_with_points(ws, choice)
-    points = shaft_points(ws, choice.structure, epoch.epoch)
+    with one_catalog(ws):
+        epoch = epoch_with_points(ws, choice)
+        frame = _frame(choice, epoch)
+        points = shaft_points(ws, choice.structure, epoch.epoch)
     cloud = DrawnCloud(
         choice.structure,
         epoch.epoch,
         epoch.epoch_time,
-        choice.frame,
+        frame,
         points.stations,
         points.points_m,
         points.station_index,
     )
     _write(out, lambda file: write(cloud, file))
-    return Exported(epoch.epoch, len(points), choice.frame.meaning)
+    warnings = (frame.warning,) if frame.warning else ()
+    return Exported(epoch.epoch, len(points), frame.meaning, warnings)
 
 
 def _write(out: Path | BinaryIO, content: bytes | Writer) -> None:
     if isinstance(out, Path):
-        write_atomically(out, content)
+        write_named_file(out, content)
     elif isinstance(content, bytes):
         out.write(content)
     else:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.drawing.content import DrawnCloud
+from storage.drawing.projected_system import projected_system
 from storage.errors import StorageError
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ SCALE_M: Final = 1e-4
 OWNER: Final = "tiltwatch"
 STATIONS: Final = 1
 """Number of our record, which says as JSON what the points are and which station has which source id."""
+MOST_BYTES: Final = 65_535
+"""Of a record: LAS counts them in 16 bits."""
 BUILDING: Final = 6
 """Class of the LAS specification."""
 
@@ -27,7 +30,9 @@ def write_las(cloud: DrawnCloud, file: BinaryIO, *, compress: bool) -> None:
     Raises
     ------
     StorageError
-        If it lies too far from ``frame.origin_m`` for steps of 0.1 mm.
+        If it lies too far from ``frame.origin_m`` for steps of 0.1 mm, or its stations have too many names for a record.
+    InputError
+        If its frame is no projected system in metres.
     """
     from laspy import LasWriter, LazBackend  # noqa: PLC0415 (slow to import)
 
@@ -48,19 +53,35 @@ def _header(cloud: DrawnCloud) -> "LasHeader":
     header.creation_date = cloud.epoch_time.astimezone(UTC).date()
     header.system_identifier = "EXTRACTION"
     header.generating_software = OWNER
-    about = {
+    about: dict[str, object] = {
         "structure": cloud.structure,
         "epoch": cloud.epoch,
         "epoch_time": cloud.epoch_time.isoformat(),
         "coordinates": cloud.frame.meaning,
         "point_source_id": {str(number): name for number, name in enumerate(cloud.stations, 1)},
     }
-    header.vlrs.append(VLR(OWNER, STATIONS, "stations by source id", json.dumps(about).encode()))
+    header.vlrs.append(VLR(OWNER, STATIONS, "stations by source id", _record_of(about, len(cloud.stations))))
     if cloud.frame.epsg is not None:
-        from pyproj import CRS  # noqa: PLC0415 (slow to import)
-
-        header.add_crs(CRS.from_epsg(cloud.frame.epsg))
+        _state_system(header, cloud.frame.epsg)
     return header
+
+
+def _record_of(about: dict[str, object], n_stations: int) -> bytes:
+    content = json.dumps(about, ensure_ascii=False).encode()
+    if len(content) > MOST_BYTES:
+        raise StorageError(
+            f"the names of {n_stations:,} stations take {len(content):,} bytes, and a record of a LAS file holds "
+            f"{MOST_BYTES:,}; export parquet or csv, which name the station of every point"
+        )
+    return content
+
+
+def _state_system(header: "LasHeader", epsg: int) -> None:
+    """State the system as LAS 1.4 wants it, in WKT 1; laspy's ``add_crs`` writes WKT 2, which most readers do not know."""
+    from laspy.vlrs.known import WktCoordinateSystemVlr  # noqa: PLC0415 (slow to import)
+
+    header.vlrs.append(WktCoordinateSystemVlr(projected_system(epsg).to_wkt("WKT1_GDAL")))
+    header.global_encoding.wkt = True
 
 
 def _record(

@@ -48,5 +48,6 @@ def _kept_in(folder: Path) -> Forms:
     """What is put down; nothing where that cannot be read, as of another version of numba."""
     with suppress(Exception):
         found = pickle.loads((folder / NAME).read_bytes())  # noqa: S301 (where machine code lies that is run, too)
-        return found if isinstance(found, dict) else {}
+        if isinstance(found, dict) and all(isinstance(forms, set) for forms in found.values()):
+            return found
     return {}

@@ -177,9 +177,16 @@ def describe_scan(path: Path, request: ScanRequest = AS_STATED) -> ScanHeader:
 
 
 def _reader_of(path: Path) -> Reader:
-    if not path.exists():
+    try:
+        is_there, is_file = path.exists(), path.is_file()
+    except OSError as fault:
+        raise InputError(
+            f"{path}: needs a scan, which cannot be looked at ({fault.strerror}); check the rights of its folders and "
+            "the path in the campaign file"
+        ) from fault
+    if not is_there:
         raise InputError(f"{path}: needs a scan, came no such file; check the path in the campaign file")
-    if not path.is_file():
+    if not is_file:
         raise InputError(f"{path}: needs a file, came a folder; name the scan itself")
     suffix = path.suffix.lower()
     for reader in READERS.values():

@@ -222,8 +222,8 @@ def _stations(
 def _is_there(scan: str, raw: Mapping[str, object], file: Path) -> bool:
     try:
         return resolve_scan(scan, file.absolute().parent, outline_of(raw).roots).is_file()
-    except InputError:
-        # said when the whole is checked
+    except (InputError, OSError):
+        # said when the whole is checked, or when the scan is read: a name may be too long, a folder closed
         return True
 
 

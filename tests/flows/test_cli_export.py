@@ -10,15 +10,22 @@ import pytest
 from storage.views import tilt_rows
 from tests.flows.calls import call
 from tests.flows.stored_campaign import Stored, publish, stored_campaign
+from tests.flows.test_cli_report import processed
 from tests.flows.test_cli_stored import FAIL
 
 
 @pytest.fixture
 def stored(tmp_path: Path) -> Stored:
     made = stored_campaign(tmp_path)
-    publish(made, "e1", 0, FAIL)
-    publish(made, "e2", 1, FAIL, moved_m=0.05)
+    process(made)
     return made
+
+
+def process(stored: Stored) -> None:
+    """Publish both epochs under the settings of the campaign file as it is."""
+    settings = processed(stored)
+    publish(stored, "e1", 0, FAIL, **settings)
+    publish(stored, "e2", 1, FAIL, moved_m=0.05, **settings)
 
 
 def north_first(stored: Stored) -> None:
@@ -30,18 +37,68 @@ def north_first(stored: Stored) -> None:
     stored.file.write_text("\n".join(kept).replace('axes = "ENU"', frame), encoding="utf-8")
 
 
-def test_axis_lies_where_the_campaign_states_its_positions(
+def foot_of(stored: Stored) -> tuple[float, float, float]:
+    row = next(row for row in tilt_rows(stored.workspace, "chimney-01", "e2") if row.scheme == "A")
+    return (row.base_east_m, row.base_north_m, 0.0)
+
+
+def start_of_axis(drawing: Path) -> tuple[float, ...]:
+    (line,) = ezdxf.filemanagement.readfile(drawing).modelspace().query('LINE[layer=="axis_A_paper"]')
+    return tuple(line.dxf.start)
+
+
+def test_a_frame_that_was_written_since_does_not_move_what_was_processed(
     capsys: pytest.CaptureFixture[str], stored: Stored
 ) -> None:
     north_first(stored)
     out = stored.file.parent / "axis.dxf"
     called = call(capsys, "export", stored.file, "axis", "--format", "dxf", "--out", out, "--json")
+    assert called.code == 0
+    assert "a local frame of the site" in called.answer["coordinates"]
+    assert "[frame] of the campaign file changed since epoch e2 was processed" in called.answer["warnings"][0]
+    assert start_of_axis(out) == pytest.approx(foot_of(stored))
+
+
+def test_an_epoch_whose_settings_are_gone_is_exported_while_the_campaign_file_has_them(
+    capsys: pytest.CaptureFixture[str], stored: Stored
+) -> None:
+    for settings in stored.workspace.runs.glob("settings/*"):
+        settings.unlink()
+    words = ("export", stored.file, "axis", "--format", "csv", "--out", stored.file.parent / "axis.csv")
+    assert call(capsys, *words).code == 0
+    north_first(stored)
+    called = call(capsys, *words)
+    assert called.code == 3
+    assert "the frame in which epoch e2 was processed is not known" in called.err
+    assert "`tiltwatch run FILE --epoch e2` processes it again" in called.err
+
+
+@pytest.mark.parametrize("code", [2263, 9999])
+def test_a_system_that_is_no_frame_is_bad_input_for_export_and_check(
+    capsys: pytest.CaptureFixture[str], stored: Stored, code: int
+) -> None:
+    north_first(stored)
+    text = stored.file.read_text(encoding="utf-8")
+    stored.file.write_text(text.replace("EPSG:32650", f"EPSG:{code}"), encoding="utf-8")
+    process(stored)
+    out = stored.file.parent / "axis.csv"
+    called = call(capsys, "export", stored.file, "axis", "--format", "csv", "--out", out)
+    assert (called.code, out.exists()) == (3, False)
+    assert f"EPSG:{code} " in called.err
+    assert f"frame.horizontal: EPSG:{code} " in call(capsys, "check", stored.file).err
+
+
+def test_axis_lies_where_the_campaign_states_its_positions(
+    capsys: pytest.CaptureFixture[str], stored: Stored
+) -> None:
+    north_first(stored)
+    process(stored)
+    out = stored.file.parent / "axis.dxf"
+    called = call(capsys, "export", stored.file, "axis", "--format", "dxf", "--out", out, "--json")
     assert (called.code, called.answer["epoch"], called.answer["count"]) == (0, "e2", 5)
     assert "EPSG:32650" in called.answer["coordinates"]
-    row = next(row for row in tilt_rows(stored.workspace, "chimney-01", "e2") if row.scheme == "A")
-    (line,) = ezdxf.filemanagement.readfile(out).modelspace().query('LINE[layer=="axis_A_paper"]')
-    foot = (40.0 + row.base_east_m, 20.0 + row.base_north_m, 5.0)
-    assert tuple(line.dxf.start) == pytest.approx(foot)
+    east, north, _ = foot_of(stored)
+    assert start_of_axis(out) == pytest.approx((40.0 + east, 20.0 + north, 5.0))
 
 
 def test_epoch_and_scheme_are_those_that_were_asked_for(

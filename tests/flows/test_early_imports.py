@@ -52,3 +52,14 @@ def test_versions_of_all_stages_are_found_before_the_first_begins(tmp_path: Path
         ]
     assert known
     assert set(known) <= set(json.loads((tmp_path / "versions.json").read_text())["versions"])
+
+
+def test_forms_that_cannot_be_kept_end_no_run(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def fail() -> None:
+        raise TypeError("unsupported operand")
+
+    monkeypatch.setattr("tasks.geometry.compiled_forms.keep_forms", fail)
+    early_imports.keep_what_was_compiled()
+    assert "which compiled loops were needed cannot be kept" in caplog.text

@@ -48,7 +48,7 @@ def fill_drawn(ws: Workspace) -> None:
 
 
 def choice(frame: DrawingFrame = LOCAL, **changed: str) -> DrawingChoice:
-    return replace(DrawingChoice(STRUCTURE, ("A", "paper"), frame), **changed)
+    return replace(DrawingChoice(STRUCTURE, ("A", "paper"), lambda _epoch: frame), **changed)
 
 
 def drawn(ws: Workspace, what: str, file_format: str, wanted: DrawingChoice | None = None) -> bytes:

@@ -43,3 +43,11 @@ def test_a_refusal_of_the_system_is_told_with_the_path(tmp_path: Path) -> None:
     temp = write_temp(tmp_path / "x", b"")
     with pytest.raises(StorageError, match=r"cannot write .*folder"):
         replace_file(temp, tmp_path / "folder")
+
+
+def test_a_target_that_cannot_be_replaced_leaves_no_temp(tmp_path: Path) -> None:
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    with pytest.raises(StorageError, match="cannot write"):
+        write_atomically(folder, b"content")
+    assert list(tmp_path.iterdir()) == [folder]

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -14,11 +15,12 @@ from pyproj import Transformer
 
 from storage import views
 from storage.catalog import rebuild_catalog
-from storage.drawing import GEOMETRY, export_geometry, formats_of
+from storage.drawing import GEOMETRY, DrawingFrame, export_geometry, formats_of
 from storage.errors import StorageError, UsageError
-from storage.records import TiltRow
+from storage.publish import publish_epoch
+from storage.records import EpochRow, TiltRow
 from storage.workspace import Workspace, open_workspace
-from tests.storage.campaign import HEIGHT_M, STRUCTURE
+from tests.storage.campaign import HEIGHT_M, STRUCTURE, epoch_tables
 from tests.storage.drawn import HOSTILE, LOCAL, UTM50, choice, drawn, fill_drawn
 
 EAST, NORTH, UP = LOCAL.origin_m
@@ -227,6 +229,19 @@ def test_a_wrong_word_is_answered_with_the_known_ones(
 ) -> None:
     with pytest.raises(UsageError, match=message):
         drawn(filled, what, file_format, choice(**changed))
+
+
+def test_an_epoch_that_is_published_meanwhile_does_not_mix_with_the_one_that_is_drawn(ws: Workspace) -> None:
+    fill_drawn(ws)
+    before = drawn(ws, "axis", "csv")
+
+    def publish_meanwhile(_epoch: EpochRow) -> DrawingFrame:
+        publish_epoch(ws, STRUCTURE, "e1", epoch_tables("e1", 1, (0.009, 0.001), run="run-9"))
+        rebuild_catalog(ws)
+        return LOCAL
+
+    assert drawn(ws, "axis", "csv", replace(choice(), frame_of=publish_meanwhile)) == before
+    assert drawn(ws, "axis", "csv") != before
 
 
 def test_nothing_to_draw_is_refused_with_what_to_do(ws: Workspace) -> None:

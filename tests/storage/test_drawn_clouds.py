@@ -9,6 +9,7 @@ import laspy
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
+from pyproj import CRS, Transformer
 
 from storage.drawing.content import DrawnCloud
 from storage.drawing.formats import cloud_writer_of, formats_of
@@ -101,3 +102,25 @@ def test_a_cloud_that_was_swept_is_refused_with_what_to_do(ws: Workspace) -> Non
     publish_scans(ws)
     with pytest.raises(StorageError, match="not in this workspace; "):
         drawn(ws, "cloud", "laz")
+
+
+@pytest.mark.parametrize("code", [32650, 4549, 31467, 7415])
+def test_las_states_its_system_in_the_wkt_of_its_specification(code: int) -> None:
+    header = laspy.read(io.BytesIO(written(small_cloud(replace(UTM50, epsg=code)), "las"))).header
+    (vlr,) = [vlr for vlr in header.vlrs if vlr.user_id == "LASF_Projection"]
+    assert vlr.record_id == 2112
+    assert vlr.string.startswith(("PROJCS[", "COMPD_CS["))
+    crs = header.parse_crs()
+    assert crs is not None
+    assert f'AUTHORITY["EPSG","{code}"]' in vlr.string
+    both = Transformer.from_crs(crs, CRS.from_epsg(code), always_xy=True)
+    assert both.transform(440_000.0, 4_420_000.0) == pytest.approx((440_000.0, 4_420_000.0), abs=1e-6)
+    assert [axis.direction for axis in crs.axis_info[:2]] == ["east", "north"]
+
+
+def test_more_names_of_stations_than_a_las_record_holds_are_refused_with_a_way_out() -> None:
+    given = replace(small_cloud(), stations=[f"station-{number:050d}" for number in range(1500)])
+    with pytest.raises(
+        StorageError, match=r"names of 1,500 stations take .* holds 65,535; export parquet or csv"
+    ):
+        written(given, "las")

@@ -6,7 +6,7 @@ import pytest
 
 from storage.digests import text_sha256
 from storage.errors import StorageError
-from storage.ledger import append_run, read_settings, settings_path, store_settings
+from storage.ledger import append_run, kept_frame, read_settings, settings_path, store_settings
 from storage.records import StageRunRow
 from storage.views import rows_of
 from storage.workspace import Workspace
@@ -57,3 +57,12 @@ def test_damaged_settings_are_told_and_healed(ws: Workspace) -> None:
 def test_absent_settings_are_told(ws: Workspace) -> None:
     with pytest.raises(StorageError, match="no settings with digest ab"):
         read_settings(ws, "ab")
+
+
+def test_the_frame_of_kept_settings_is_found_by_their_digest(ws: Workspace) -> None:
+    text = '{"frame": {"axes": "NEU"}}'
+    store_settings(ws, text_sha256(text), text)
+    store_settings(ws, text_sha256(SETTINGS), SETTINGS)
+    assert kept_frame(ws, text_sha256(text)) == {"axes": "NEU"}
+    assert kept_frame(ws, text_sha256(SETTINGS)) is None
+    assert kept_frame(ws, "0" * 64) is None

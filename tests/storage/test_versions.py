@@ -11,11 +11,12 @@ import pytest
 
 from storage.archive import archive_version
 from storage.catalog import rebuild_catalog
-from storage.digests import file_sha256
+from storage.digests import file_sha256, text_sha256
 from storage.errors import InputError
+from storage.ledger import store_settings
 from storage.parquet import read_rows
 from storage.publish import publish_epoch, recover
-from storage.records import TiltRow
+from storage.records import EpochRow, TiltRow
 from storage.tables import EPOCH_TABLES, EpochKey, table_path
 from storage.verify import verify_workspace
 from storage.version import VersionChangeRow
@@ -262,3 +263,17 @@ def test_a_workspace_with_versions_keeps_them_when_it_is_moved(ws: Workspace, tm
     moved = Workspace(ws.root.rename(tmp_path / "moved"))
     rebuild_catalog(moved)
     assert [row.version for row in version_rows(moved, STRUCTURE)] == ["before-run-2"]
+
+
+def test_equal_rows_in_another_frame_are_published_under_its_settings(ws: Workspace) -> None:
+    digests = []
+    for code in (32650, 32651):
+        text = f'{{"frame": {{"horizontal": "EPSG:{code}"}}}}'
+        digests.append(text_sha256(text))
+        store_settings(ws, digests[-1], text)
+    first, second = (epoch_tables("e0", 0, OLD, run="run-1", campaign_digest=digest) for digest in digests)
+    assert publish_epoch(ws, STRUCTURE, "e0", first)
+    assert publish_epoch(ws, STRUCTURE, "e0", second)
+    assert not publish_epoch(ws, STRUCTURE, "e0", second)
+    (row,) = read_rows(table_path(ws, "epochs", STRUCTURE, "e0"), "epochs", EpochRow)
+    assert row.campaign_digest == digests[1]

@@ -1,5 +1,6 @@
 """What compiled loops were asked for is loaded by the next process before it is asked for."""
 
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ def test_those_of_other_processes_stay(tmp_path: Path, monkeypatch: pytest.Monke
     assert (tmp_path / NAME).read_bytes() == before
 
 
-@pytest.mark.parametrize("content", [b"", b"no pickle", b"\x80\x04]\x94."])
+@pytest.mark.parametrize("content", [b"", b"no pickle", b"\x80\x04]\x94.", pickle.dumps({("a", "b"): 1})])
 def test_a_file_that_cannot_be_read_is_as_good_as_none(tmp_path: Path, content: bytes) -> None:
     (tmp_path / NAME).write_bytes(content)
     load_forms(tmp_path)

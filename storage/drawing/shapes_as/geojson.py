@@ -6,6 +6,7 @@ from math import cos, pi, radians, sin
 from typing import Any, Final
 
 from storage.drawing.content import Circle, Drawing, DrawingFrame, Ellipse, Feature, Line, Point, Position
+from storage.drawing.projected_system import projected_system
 
 NAME: Final = "geojson"
 
@@ -77,7 +78,7 @@ def _placing(frame: DrawingFrame) -> tuple[Placing, str]:
         )
     from pyproj import Transformer  # noqa: PLC0415 (slow to import)
 
-    to_wgs84 = Transformer.from_crs(f"EPSG:{frame.epsg}", "EPSG:4326", always_xy=True)
+    to_wgs84 = Transformer.from_crs(projected_system(frame.epsg), "EPSG:4326", always_xy=True)
 
     def place(positions: Sequence[Position]) -> list[list[float]]:
         easts, norths = ([position[axis] for position in positions] for axis in (0, 1))
