@@ -39,13 +39,13 @@ def serve_dashboard(campaign: Path, workspace: Path) -> Iterator[Served]:
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     said: list[str] = []
+    assert process.stdout is not None
     assert process.stderr is not None
     listener = threading.Thread(target=lambda: said.extend(process.stderr or ()), daemon=True)
     listener.start()
     killer = threading.Timer(READY_S, process.kill)
     killer.start()
     try:
-        assert process.stdout is not None
         url = process.stdout.readline().strip()
         killer.cancel()
         if not url.startswith("http://127.0.0.1:"):
@@ -58,3 +58,6 @@ def serve_dashboard(campaign: Path, workspace: Path) -> Iterator[Served]:
         process.terminate()
         process.wait(10.0)
         listener.join(5.0)
+        # left to the collector they would warn in some later test
+        process.stdout.close()
+        process.stderr.close()
