@@ -3,7 +3,8 @@
 # make bench   measure and write benchmarks/RESULTS.md (half an hour, on a machine that does nothing else)
 # make lint    style, types, import rules;  make format  put the style right
 # make setup   the set-up alone
-# make lock    resolve requirements.lock anew
+# make lock    resolve requirements.lock anew, and infra/sbom.cdx.json from it
+# make audit   hold the lock against known flaws (3: nobody could be asked, 4: there are some)
 # Each does all the set-up alone, into .venv: the first time about two minutes, then nothing.
 
 # which Python .venv is made with; left empty: the first of python3, python3.13, 3.12, 3.11 that fits
@@ -19,7 +20,7 @@ ifneq ($(shell cat .venv/ready 2>/dev/null),$(CURDIR))
 .PHONY: .venv/ready
 endif
 
-.PHONY: setup demo test test-all bench lint format lock clean
+.PHONY: setup demo test test-all bench lint format lock audit clean
 
 setup: .venv/ready
 
@@ -48,6 +49,10 @@ format: .venv/ready
 lock: .venv/ready
 	$(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
 		--no-header --extra dev --extra dask pyproject.toml -o requirements.lock
+	$(BIN)/python infra/sbom.py
+
+audit: .venv/ready
+	@$(BIN)/python infra/audit.py
 
 .venv/ready: requirements.lock pyproject.toml infra/install.sh
 	@PYTHON="$(PYTHON)" sh infra/install.sh

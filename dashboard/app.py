@@ -3,6 +3,7 @@
 import json
 import logging
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 from urllib.parse import urlsplit
@@ -147,7 +148,9 @@ def _follow_choices(app: Dash) -> None:
             then = now.choosing(reference=reference or None)
         elif "choose-result" in chosen:
             scheme, _, method = (result or "").partition("/")
-            then = now.choosing(scheme=scheme or None, method=method or None)
+            # a slice's number means another height under another scheme
+            more = {key: value for key, value in now.more.items() if key != "slice"}
+            then = replace(now, scheme=scheme or None, method=method or None, more=more)
         # a page that was just filled reports its choices, too
         return no_update if len(chosen) != 1 or then == now else then.href
 

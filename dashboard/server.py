@@ -1,7 +1,6 @@
 """The dashboard as a server: waitress on loopback; elsewhere only with a token."""
 
 import hmac
-import ipaddress
 import logging
 import re
 from collections.abc import Callable, Mapping
@@ -15,11 +14,23 @@ import waitress
 from dashboard.app import make_app
 from dashboard.view import Site
 from storage.errors import InputError, UsageError
+from storage.loopback import is_loopback
 from storage.workspace import Workspace
 
 COOKIE: Final = "tiltwatch-token"
 LEAST_TOKEN: Final = 16
 """Characters; a shorter token can be guessed."""
+
+_LIMITS: Final = {
+    # a page asks with some hundred bytes
+    "max_request_body_size": 1 << 20,
+    "max_request_header_size": 1 << 15,
+    # who connects and says nothing must not keep others out, nor for long
+    "connection_limit": 500,
+    "channel_timeout": 30,
+    "cleanup_interval": 5,
+}
+"""What a visitor may cost before anybody asked who he is."""
 
 _POLICY: Final = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
@@ -40,16 +51,6 @@ class Listening:
     port: int = 8050
     token: str | None = None
     threads: int = 8
-
-
-def is_loopback(host: str) -> bool:
-    """Whether only programs of this machine reach it."""
-    if host == "localhost":
-        return True
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
 
 
 def serve(
@@ -74,7 +75,7 @@ def serve(
     logging.getLogger("waitress.queue").setLevel(logging.ERROR)
     try:
         server = waitress.create_server(
-            application, host=where.host, port=where.port, threads=where.threads, ident=None
+            application, host=where.host, port=where.port, threads=where.threads, ident=None, **_LIMITS
         )
     except OSError as fault:
         raise InputError(
@@ -118,6 +119,7 @@ def guarded(server: flask.Flask, where: Listening) -> flask.Flask:
         response.headers.setdefault("Content-Security-Policy", _POLICY)
         response.headers["X-Content-Type-Options"] = "nosniff"
         response.headers["Referrer-Policy"] = "same-origin"
+        response.headers["Cross-Origin-Resource-Policy"] = "same-origin"
         return response
 
     return server

@@ -42,14 +42,14 @@ def act(file: Path, alarm: str, words: Words, *, workspace: Path | None, as_json
         If there is no such alarm, the deed makes no sense for it, or name or note are empty.
     """
     from flows.alarm_text import facts_of_alarm, line_of_alarm
+    from storage.upgrade import ready_workspace
     from storage.views import alarm_rows
-    from storage.workspace import existing_workspace
     from tasks.alarm_deeds import Deed, act_on_alarm
 
     note = None if words.note is None else _said("--note", words.note)
     deed = Deed(action=words.action, person=_said("--name", words.name), note=note, until=words.until)
     campaign = load_with_workspace(file, workspace)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     structure = campaign.structure.id
     act_on_alarm(place, structure, alarm, deed, datetime.now(UTC))
     (row,) = [row for row in alarm_rows(place, structure) if row.alarm == alarm]

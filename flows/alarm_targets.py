@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlencode
 
 from flows.terminal import Json
+from storage.errors import InputError
+from storage.secrets import secret_in
 from tasks.settings.notify import CommandTarget, EmailTarget, Notify, WebhookTarget
 
 if TYPE_CHECKING:
@@ -51,7 +53,10 @@ def send(target: Notify, letter: Letter, folder: Path) -> str | None:
 
 
 def _post(target: EmailTarget | WebhookTarget, letter: Letter) -> str | None:
-    url = os.environ.get(target.url_env, "").strip()
+    try:
+        url = secret_in(target.url_env)
+    except InputError as fault:
+        return str(fault)
     if not url:
         return f"the environment variable {target.url_env} is not set"
     if isinstance(target, EmailTarget) and not url.lower().startswith(MAIL):

@@ -28,7 +28,9 @@ COMMANDS: Final[Mapping[str, str]] = {
     "compare-schemes": "Compare schemes, methods and reference measurements of an epoch, and recommend how many slices "
     "are enough.",
     "dashboard": "Show the results in a browser, and follow new epochs while runs write them.",
-    "export": "Write a view of the catalog, or the geometry of an epoch, to a file; to stdout where none is named.",
+    "export": "Write a view of the catalog, the geometry of an epoch, or the whole record to a file; to stdout where none "
+    "is named.",
+    "restore": "Bring back what export archive wrote: campaign file and workspace, verified, in a new folder.",
     "figures": "Draw figures 3 to 6 of the paper: stations and clouds, shaft, contours and axes of the schemes.",
     "report": "Write the report of an epoch as PDF/A and as one web page, in English or Chinese.",
     "deploy": "Put campaigns on the schedule of a workflow server: one deployment a structure, named by its id.",

@@ -9,9 +9,9 @@ from flows.map_steps import surface_map_of
 from flows.outcome import EpochOutcome
 from flows.placing_steps import registration_of
 from storage.digests import text_sha256
+from storage.identity import SCHEMA_VERSION
 from storage.ledger import store_settings
 from storage.records import EpochRow, ReferenceLeanRow, RemovalRow, SchemeComparisonRow, StationRow
-from storage.workspace import SCHEMA_VERSION
 from tasks.code_version import code_version
 from tasks.epoch_tables import (
     EpochFacts,
@@ -62,7 +62,12 @@ def publish_result(work: EpochWork, result: EpochResult) -> EpochOutcome:
             "run without --scheme"
         )
     return EpochOutcome(
-        work.epoch.id, tables.epoch.state, tuple(result.reasons), result.bad_input, notes=tuple(result.notes)
+        work.epoch.id,
+        tables.epoch.state,
+        tuple(result.reasons),
+        result.bad_input,
+        notes=tuple(result.notes),
+        storage_fault=work.epoch.id in work.calls.ledger.passing,
     )
 
 

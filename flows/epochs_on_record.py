@@ -90,6 +90,7 @@ def _tell_nobody(_event: StageEvent) -> None:
 def _tell(ledger: RunLedger, trial: RunLedger) -> None:
     """Put the stages of an epoch into the ledger of the run."""
     ledger.scans.update(trial.scans)
+    ledger.passing |= trial.passing
     for row in trial.rows:
         ledger.begin(row.epoch, row.stage)
         ledger.asked(StageAsked(row.epoch, row.stage, row.started_at, row.cache_key, row.code_version))

@@ -8,12 +8,15 @@ import base64
 import http.client
 import json
 import os
+import re
 import secrets
+import stat
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -230,7 +233,7 @@ def keep_alive(lease: Lease, keep_s: float) -> threading.Thread:
 
 def _taken_lock(folder: Path) -> FileLock:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        _make_private(folder)
         lock = server_lock(folder)
         lock.acquire(timeout=START_S)
     except Timeout:
@@ -242,10 +245,19 @@ def _taken_lock(folder: Path) -> FileLock:
     return lock
 
 
+def _make_private(folder: Path) -> None:
+    """Make the folder of a server, or take what others may do in it away: its database says what was run with what."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if stat.S_IMODE(folder.stat().st_mode) & 0o077:
+        with suppress(PermissionError):  # that of another user: who may use it is for him to say
+            folder.chmod(0o700)
+
+
 def _start(
     folder: Path, keep_s: float, instead_of: ServerRecord | None
 ) -> tuple["subprocess.Popen[bytes]", ServerRecord]:
     """Start a server apart from this process; it tells its port at once, and answers after seconds."""
+    _sweep_unfinished_records(folder)
     mark = secrets.token_hex(8)
     secret = f"tiltwatch:{secrets.token_urlsafe(24)}" if instead_of is None else instead_of.secret
     request = ServerRequest(str(folder), mark, keep_s, 0 if instead_of is None else instead_of.port)
@@ -270,6 +282,17 @@ def _start(
         process.wait()
         raise NoServerError(_why(folder, ended=told is not None))
     return process, ServerRecord(mark, version_of_servers(), str(folder), process.pid, int(told), secret)
+
+
+def _sweep_unfinished_records(folder: Path) -> None:
+    """Remove what servers left that were killed while they wrote their record.
+
+    Who starts one holds the lock until it answers: one that writes now has lost whoever started it, and is not needed.
+    """
+    for path in folder.glob("server.*"):
+        if re.fullmatch(r"server\.[0-9a-f]{16}", path.name):
+            with suppress(OSError):
+                path.unlink()
 
 
 def _first_line(process: "subprocess.Popen[bytes]") -> bytes | None:
@@ -300,7 +323,8 @@ def _environment(folder: Path, secret: str) -> dict[str, str]:
     ours = {
         name: value
         for name, value in os.environ.items()
-        if not name.startswith(("PREFECT__", "PREFECT_API_"))
+        # a server outlives its run; it has no use for the keys of a store, nor for the secrets of a client
+        if not name.startswith(("PREFECT__", "PREFECT_API_", "AWS_"))
     }
     path = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {

@@ -54,6 +54,8 @@ class RunLedger:
     """Digest of every scan that the run has hashed, under what would change with its content."""
     journal: RunJournal | None = None
     """Where it is written as it happens, so that a run that is killed can be told of (flows/run_keeping)."""
+    passing: set[str] = field(default_factory=set)
+    """Epochs of which something could not be read for a reason that may be gone next time: a drive that was away."""
     anew: set[str] | None = None
     """Keys of the stages that were computed anew although they were cached; None where what is cached is taken."""
 

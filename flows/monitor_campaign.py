@@ -16,14 +16,16 @@ from flows.epochs_in_children import process_in_children
 from flows.epochs_loop import EpochsRequest, process_epochs
 from flows.known_code import known_code
 from flows.ledger import RunLedger, StageEvent, current_ledger, new_run_id
-from flows.monitor_epoch import PLAIN_JSON
+from flows.mending import mend_before
 from flows.outcome import EpochOutcome, EpochsFailedError
 from flows.progress import STARTED, stage_line
 from flows.run_guard import RunGuard, guard_of, with_retries
 from flows.run_keeping import kept_run
 from flows.settled_epochs import chosen_epochs, scans_seen, settle_epochs, settled_outcomes
+from flows.stage_records import PLAIN_JSON
 from storage.catalog import rebuild_catalog
-from storage.workspace import Workspace, open_workspace
+from storage.upgrade import ready_or_new_workspace
+from storage.workspace import Workspace
 from tasks.settings import Campaign
 from tasks.settings.intake import load_with_intake
 
@@ -54,8 +56,10 @@ def monitor_campaign(
     EpochsFailedError
         In a run of a deployment, where the state of the run is all that anyone sees: if any epoch failed.
     """
+    if deployment.id is not None:  # other runs did so before they came here
+        mend_before(Path(workspace))
     campaign = load_with_intake(Path(campaign_file), Path(workspace))
-    place = open_workspace(Path(workspace))
+    place = ready_or_new_workspace(Path(workspace))
     chosen = chosen_epochs(campaign, campaign_file, epochs or [])
     deployed = deployment.id is not None
     look_away = (deployed if only_new is None else only_new) and not schemes

@@ -1,10 +1,8 @@
 """The flow of one epoch: its method (flows/epoch_method.py) with stages that Prefect runs and caches."""
 
 from pathlib import Path
-from typing import Final
 
 from prefect import flow
-from prefect.serializers import JSONSerializer
 
 from flows.campaign_read import read_campaign
 from flows.epoch_method import process_epoch_of
@@ -12,16 +10,15 @@ from flows.epoch_work import EpochWork
 from flows.ledger import current_ledger
 from flows.outcome import EpochOutcome
 from flows.stage_calls import StageCalls
+from flows.stage_records import PLAIN_JSON
 from flows.stage_tasks import FlowStages
 from storage.errors import InputError, UsageError
 from storage.places import with_store
 from storage.workspace import Workspace
 from tasks.plan import plan_axes
 
-PLAIN_JSON: Final = JSONSerializer(object_encoder=None, object_decoder=None)
-"""Prefect stores the exception of a failed flow whatever ``persist_result`` says; this way never as a pickle."""
 
-
+# Prefect stores the exception of a failed flow whatever persist_result says; this way never as a pickle
 @flow(name="monitor-epoch", persist_result=False, result_serializer=PLAIN_JSON)
 def monitor_epoch(campaign_file: str, workspace: str, epoch: str, schemes: list[str]) -> EpochOutcome:
     """Measure the lean of a structure in one epoch under every scheme, and publish it.

@@ -17,10 +17,18 @@ UNUSED_S: Final = 60 * 86_400.0
 def sweep_old_homes(folder: Path, own: Path) -> None:
     """Remove the homes beside one's own that were not used for ``UNUSED_S``; one that is in use stays."""
     for home in folder.iterdir() if folder.is_dir() else ():
-        if home == own or not home.is_dir() or time.time() - _last_used_s(home) < UNUSED_S:
+        if home == own or not home.is_dir() or not _is_abandoned(home):
             continue
         with suppress(Timeout, OSError, NotImplementedError), server_lock(home).acquire(timeout=0):
             shutil.rmtree(home, ignore_errors=True)
+
+
+def _is_abandoned(home: Path) -> bool:
+    """Whether nothing changed in a home for long; not known of that of another user, which is his to remove."""
+    try:
+        return time.time() - _last_used_s(home) >= UNUSED_S
+    except PermissionError:
+        return False
 
 
 def _last_used_s(home: Path) -> float:

@@ -13,7 +13,10 @@ class EpochsFailedError(TiltwatchError):
 
 @dataclass(frozen=True, slots=True)
 class EpochOutcome:
-    """How an epoch ended, for the command line; ``bad_input`` says that the user can mend it."""
+    """How an epoch ended, for the command line; ``bad_input`` says that the user can mend it.
+
+    ``storage_fault`` says that it was the drive or store, which may be otherwise next time.
+    """
 
     epoch: str
     state: str
@@ -21,6 +24,7 @@ class EpochOutcome:
     bad_input: bool
     fault: str | None = None
     notes: tuple[str, ...] = ()
+    storage_fault: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +41,8 @@ class RunOutcome:
 def failed_epoch(epoch: str, fault: Exception) -> EpochOutcome:
     """How an epoch ended that met an exception: as bad input where the user can mend it, else as a fault of the program."""
     if isinstance(fault, InputError | StorageError):
-        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=True)
+        storage_fault = isinstance(fault, StorageError)
+        return EpochOutcome(epoch, "failed", (str(fault),), bad_input=True, storage_fault=storage_fault)
     reason = f"fault of the program: {type(fault).__name__}: {fault}"
     told = "".join(traceback.format_exception(fault))
     return EpochOutcome(epoch, "failed", (reason,), bad_input=False, fault=told)

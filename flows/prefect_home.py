@@ -5,6 +5,7 @@ import hashlib
 import math
 import os
 import re
+import secrets
 import shutil
 import socket
 import sys
@@ -17,12 +18,11 @@ from typing import Final
 
 from flows.kept_server import NoServerError, ServerSearch, keep_alive
 from flows.old_homes import sweep_old_homes
+from flows.server_address import ADDRESS, check_server_address
 from flows.terminal import note
-from flows.workflow_server import version_of_servers
+from flows.workflow_server import SECRET_VARIABLE, version_of_servers
 from storage.errors import UsageError
 from storage.workspace import Workspace
-
-ADDRESS: Final = "PREFECT_API_URL"
 
 SECRET: Final = "PREFECT_API_AUTH_STRING"  # noqa: S105 (its name)
 
@@ -104,9 +104,10 @@ def check_environment() -> None:
     Raises
     ------
     UsageError
-        If ``TILTWATCH_KEEP_SERVER_S`` is no number of seconds.
+        If ``TILTWATCH_KEEP_SERVER_S`` is no number of seconds, or the server that the user named none to be used.
     """
     _kept_for(0.0)
+    check_server_address(users_server())
 
 
 def take_home(workspace: Workspace) -> None:
@@ -168,8 +169,10 @@ def _is_in_use(home: Path) -> bool:
 
 def _use_none(fault: NoServerError) -> None:
     note(f"no workflow server can be started: {fault}; this run leaves that to Prefect")
-    for name in (ADDRESS, SECRET, OWN_ADDRESS):
+    for name in (ADDRESS, OWN_ADDRESS):
         os.environ.pop(name, None)
+    # Prefect's own server inherits it and asks for it: other users of this machine reach it, too
+    os.environ[SECRET] = os.environ[SECRET_VARIABLE] = f"tiltwatch:{secrets.token_urlsafe(24)}"
     _let_prefect_read()
 
 

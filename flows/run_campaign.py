@@ -11,7 +11,8 @@ from flows.outcome import EpochOutcome, RunOutcome
 from flows.prefect_home import check_environment, prepare_prefect, users_server
 from flows.settled_epochs import chosen_epochs, settled_outcomes
 from flows.settled_run import finish_settled_run, has_unfinished_runs
-from storage.workspace import Workspace, open_workspace
+from storage.upgrade import ready_or_new_workspace
+from storage.workspace import Workspace
 from tasks.settings import Campaign
 from tasks.settings.intake import load_with_intake
 
@@ -50,7 +51,7 @@ def run_campaign(
     """
     campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
     check_environment()
-    workspace = open_workspace(request.workspace)
+    workspace = ready_or_new_workspace(request.workspace)
     ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
     try:
@@ -79,7 +80,7 @@ def _outcomes(
     if request.only_new and not request.schemes:
         settled = settled_outcomes(workspace, campaign, chosen)
         if len(settled) == len(chosen):
-            finish_settled_run(workspace, campaign, ledger)
+            finish_settled_run(workspace, campaign)
             return [settled[epoch] for epoch in chosen]
     if not _may_be_on_record(request, campaign, workspace):
         return with_engine(asked)

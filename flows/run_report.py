@@ -77,6 +77,7 @@ def answer_of(outcome: RunOutcome, found: Sequence[Condition]) -> dict[str, Json
                 "state": epoch.state,
                 "errors": list(epoch.reasons),
                 "notes": list(epoch.notes),
+                "storage_fault": epoch.storage_fault,
             }
             for epoch in outcome.epochs
         ],

@@ -56,16 +56,16 @@ def _asked_for(
     work: EpochWork, plans: Sequence[PlannedScan]
 ) -> Iterator[tuple[PlannedScan, str, Pending | None]]:
     """Ask for every scan by its digest, as soon as that is known; one without a digest has its reason there."""
-    for plan, (digest, reason) in zip(plans, _digests_of(work.calls.ledger, plans), strict=True):
+    for plan, (digest, reason) in zip(plans, _digests_of(work, plans), strict=True):
         yield (plan, digest, _ask_for_scan(work, plan, digest)) if reason is None else (plan, reason, None)
 
 
-def _digests_of(ledger: RunLedger, plans: Sequence[PlannedScan]) -> Iterator[tuple[str, str | None]]:
+def _digests_of(work: EpochWork, plans: Sequence[PlannedScan]) -> Iterator[tuple[str, str | None]]:
     """Digest or reason of the file of each plan; one that several name, as parts of it, is read once."""
     pool = ThreadPoolExecutor(HASHED_AT_ONCE)
     try:
         paths = dict.fromkeys(plan.path for plan in plans)
-        found = {path: pool.submit(_digest_or_reason, ledger, path) for path in paths}
+        found = {path: pool.submit(_digest_or_reason, work, path) for path in paths}
         for plan in plans:
             yield found[plan.path].result()
     except BaseException:  # who interrupts does not wait until gigabytes are hashed
@@ -86,14 +86,15 @@ def _ask_for_scan(work: EpochWork, plan: PlannedScan, digest: str) -> Pending:
     )
 
 
-def _digest_or_reason(ledger: RunLedger, path: Path) -> tuple[str, str | None]:
+def _digest_or_reason(work: EpochWork, path: Path) -> tuple[str, str | None]:
     """Digest of a file; or why it cannot be read."""
     unfit = _why_no_file(path)
     if unfit is not None:
         return "", f"{path}: {unfit} in the campaign file"
     try:
-        return _digest_of(ledger, path), None
+        return _digest_of(work.calls.ledger, path), None
     except StorageError as fault:
+        work.calls.ledger.passing.add(work.epoch.id)
         return "", str(fault)
 
 

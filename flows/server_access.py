@@ -8,6 +8,7 @@ from prefect.client.orchestration import SyncPrefectClient, get_client
 from prefect.exceptions import PrefectHTTPStatusError
 from prefect.settings import PREFECT_API_URL
 
+from flows.server_address import check_server_address
 from storage.errors import UsageError
 
 UNAUTHORIZED = 401
@@ -28,6 +29,7 @@ def server_client() -> Iterator[SyncPrefectClient]:
             "needs the address of a workflow server in PREFECT_API_URL, as http://127.0.0.1:4200/api "
             "(infra/README.md says how to start one)"
         )
+    check_server_address(url)
     try:
         with get_client(sync_client=True) as client:
             client.hello()

@@ -1,16 +1,16 @@
 """A run in which no epoch is left to process: it needs no workflow engine, whose start would be all of its time."""
 
 from flows.assess_structure import assess_structure
-from flows.ledger import RunLedger
 from storage.catalog import rebuild_catalog
-from storage.ledger import append_run
 from storage.run_record import is_unfinished, runs_on_record
 from storage.workspace import Workspace
 from tasks.settings import Campaign
 
 
-def finish_settled_run(place: Workspace, campaign: Campaign, ledger: RunLedger) -> None:
-    """Do what is left of such a run: put it into the ledger, assess the structure, raise alarms and send what is due.
+def finish_settled_run(place: Workspace, campaign: Campaign) -> None:
+    """Do what is left of such a run: assess the structure, raise alarms and send what is due.
+
+    It asked for no stage, so the ledger has nothing of it: one that comes every hour would fill a disk with empty files.
 
     Raises
     ------
@@ -18,7 +18,6 @@ def finish_settled_run(place: Workspace, campaign: Campaign, ledger: RunLedger) 
         If the workspace cannot be read or written.
     """
     try:
-        append_run(place, ledger.run, ledger.structure, [])
         assess_structure(place, campaign)
     finally:
         rebuild_catalog(place)

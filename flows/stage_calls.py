@@ -66,11 +66,12 @@ class StageCalls:
     def finish(self, pending: Pending) -> Produced:
         """Wait for a stage and note it; a fault of the program is noted and raised again.
 
-        A refusal that was raised is one like any other, but was not cached.
+        A refusal that was raised is one like any other, but was not cached: the system was behind it.
         """
         try:
             produced = pending.answer.result()
         except InputError as refusal:
+            self.ledger.passing.add(self.epoch)
             produced = Produced(Cost(0.0, None, None), refusal=str(refusal))
         except Exception as fault:
             self._note(pending, cached=False, produced=None, fault=f"{type(fault).__name__}: {fault}")

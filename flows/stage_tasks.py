@@ -10,9 +10,9 @@ from prefect import Task
 from prefect.cache_policies import CachePolicy
 from prefect.context import TagsContext, TaskRunContext
 from prefect.futures import PrefectFuture
-from prefect.serializers import JSONSerializer
 
 from flows.dask_cluster import told_of_cluster
+from flows.stage_records import PLAIN_JSON
 from storage.errors import InputError
 from storage.places import workspace_at
 from tasks.caching import Stage, set_aside_if_damaged, stage_key
@@ -63,8 +63,7 @@ def task_of(stage: Stage, *, anew: bool = False) -> StageTask:
         name=stage.name,
         cache_policy=StageKey(stage=stage.name),
         persist_result=True,
-        # no object hooks: a record may hold plain JSON and nothing that is imported on reading
-        result_serializer=JSONSerializer(object_encoder=None, object_decoder=None),
+        result_serializer=PLAIN_JSON,
         cache_result_in_memory=False,
         refresh_cache=True if anew else None,
     )

@@ -10,11 +10,15 @@ from storage.errors import StorageError
 from storage.locks import publish_lock
 from storage.parquet import encode_rows
 from storage.records import AlarmEventRow
+from storage.second_copies import keep_second
 from storage.tables import ALARM_EVENTS, table_path
 from storage.workspace import Workspace
 
 UNNUMBERED: Final = ""
 """Id of an event that gets its own when it is appended."""
+
+_NUMBERED: Final = "????????T??????.??????Z-*.parquet"
+"""Names of events that got their id here."""
 
 
 def append_alarm_event(ws: Workspace, row: AlarmEventRow) -> None:
@@ -35,10 +39,15 @@ def append_alarm_event(ws: Workspace, row: AlarmEventRow) -> None:
                 f"event {row.event} of {row.structure} is in the log already, which is append only: {path}"
             )
         write_atomically(path, content)
+        keep_second(ws, path)
 
 
 def append_alarm_events(ws: Workspace, rows: Sequence[AlarmEventRow]) -> list[AlarmEventRow]:
     """Add events in their order and return them with their ids: the time, then a number, so that ids sort by time.
+
+    Where the clock was set back, an event keeps its time, ``happened_at``: that is what the clock said. Its id counts on
+    from the one before it, so that ids sort as the events were appended. What an alarm is follows from the order of the
+    ids: an acknowledgement must not come before the alarm.
 
     Whoever decides by what stands in the log holds the publish lock from reading to here; a crash leaves the first
     few of the events.
@@ -58,14 +67,24 @@ def append_alarm_events(ws: Workspace, rows: Sequence[AlarmEventRow]) -> list[Al
     appended = []
     with publish_lock(ws):
         for row in rows:
-            numbered = replace(row, event=_free_id(ws, row.structure, row.happened_at))
+            not_before = max(row.happened_at, _newest(ws, row.structure))
+            numbered = replace(row, event=_free_id(ws, row.structure, not_before))
             append_alarm_event(ws, numbered)
             appended.append(numbered)
     return appended
 
 
-def _free_id(ws: Workspace, structure: str, happened_at: datetime) -> str:
-    stamp = f"{happened_at.astimezone(UTC):%Y%m%dT%H%M%S.%f}Z"
+def _free_id(ws: Workspace, structure: str, not_before: datetime) -> str:
+    stamp = f"{not_before.astimezone(UTC):%Y%m%dT%H%M%S.%f}Z"
     folder = table_path(ws, ALARM_EVENTS, structure, stamp).parent
     taken = [int(path.name.split("-")[1].split(".")[0]) for path in folder.glob(f"{stamp}-*.parquet")]
     return f"{stamp}-{max(taken, default=-1) + 1:04d}"
+
+
+def _newest(ws: Workspace, structure: str) -> datetime:
+    """Time of the newest event, as the ids say it; the beginning of time where there is none."""
+    folder = table_path(ws, ALARM_EVENTS, structure, "any").parent
+    newest = max((path.name.split("Z-")[0] for path in folder.glob(_NUMBERED)), default=None)
+    if newest is None:
+        return datetime.min.replace(tzinfo=UTC)
+    return datetime.strptime(newest, "%Y%m%dT%H%M%S.%f").replace(tzinfo=UTC)

@@ -9,11 +9,15 @@ from typing import BinaryIO, Final
 from uuid import uuid4
 
 from storage.errors import StorageError
+from storage.writers import mark_of_this_process
 
 Writer = Callable[[BinaryIO], None]
 
 # DuckDB's globs match "*.parquet" with a leading dot too, so a temp must not end in .parquet
 TEMP_SUFFIX: Final = ".tmp"
+
+SET_ASIDE_SUFFIX: Final = ".bad"
+"""Of what was damaged and is kept for whoever wants to look at it."""
 
 # Windows refuses to replace a file that a virus scanner or a reader holds open for a moment
 _REPLACE_PAUSES_S: Final = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
@@ -43,6 +47,24 @@ def write_atomically(path: Path, content: bytes | Writer) -> None:
     sync_folder(path.parent)
 
 
+def write_our_own(path: Path, content: bytes | Writer) -> None:
+    """Write a file of a workspace atomically; a folder that stands in its place is moved out of the way.
+
+    Raises
+    ------
+    StorageError
+        If the system refuses, as for a full disk.
+    """
+    clear_place(path)
+    write_atomically(path, content)
+
+
+def clear_place(path: Path) -> None:
+    """Move a folder out of the way that stands where a file of a workspace belongs."""
+    if path.is_dir() and not path.is_symlink():
+        move_out_of_the_way(path)
+
+
 def write_temp(path: Path, content: bytes | Writer) -> Path:
     """Write what shall become ``path`` to a temp in the same folder, down to the disk; return the temp."""
     make_folder(path.parent)
@@ -62,8 +84,8 @@ def write_temp(path: Path, content: bytes | Writer) -> Path:
 
 
 def temp_beside(path: Path) -> Path:
-    """A new name in the folder of ``path``, which no reader takes for a finished file."""
-    return path.with_name(f"{path.name}.{uuid4().hex}{TEMP_SUFFIX}")
+    """A new name in the folder of ``path``, which no reader takes for a finished file; it tells who writes it."""
+    return path.with_name(f"{path.name}.{mark_of_this_process()}.{uuid4().hex}{TEMP_SUFFIX}")
 
 
 def replace_file(temp: Path, path: Path) -> None:
@@ -85,6 +107,20 @@ def replace_file(temp: Path, path: Path) -> None:
             return
     with faults_of_the_system(path):
         temp.replace(path)
+
+
+def move_out_of_the_way(path: Path) -> Path:
+    """Rename what is no use where it is, so that nobody reads it there; return where it lies now.
+
+    Raises
+    ------
+    StorageError
+        If the system refuses.
+    """
+    aside = path.with_name(f"{path.name}.{uuid4().hex}{SET_ASIDE_SUFFIX}")
+    with faults_of_the_system(path):
+        path.rename(aside)
+    return aside
 
 
 def make_folder(folder: Path) -> None:

@@ -1,19 +1,24 @@
 """The catalog: one DuckDB file that holds all rows and the views of the contract, made anew from the Parquet."""
 
-import hashlib
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 import duckdb
 
-from storage.atomic import faults_of_the_system, replace_file, sync_file, sync_folder, temp_beside
+from storage.atomic import (
+    clear_place,
+    faults_of_the_system,
+    make_folder,
+    replace_file,
+    sync_file,
+    sync_folder,
+    temp_beside,
+)
 from storage.catalog_content import (
     copy_rows,
     create_table,
@@ -22,39 +27,24 @@ from storage.catalog_content import (
     read_rows_in,
     remove_rows,
 )
+from storage.catalog_damage import readable_stamps, why_unreadable
 from storage.catalog_parts import CATALOG_TABLES, Part, part_of, stamps_of
+from storage.catalog_reading import CLOSED, attach, read_catalog, shut_in
+from storage.catalog_sources import Difference, Sources, difference_of, sources_of
 from storage.errors import StorageError
-from storage.kept_catalog import kept_cursor
+from storage.identity import note_catalog
 from storage.locks import publish_lock
 from storage.publish import recover
-from storage.records import columns_of
-from storage.view_definitions import VIEWS, view_definition
+from storage.view_definitions import VIEWS
 from storage.workspace import Workspace
 
 # a file of DuckDB 2's own default is refused by every 1.x client
 STORAGE_VERSION: Final = "v1.0.0"
 
-
 # rows that were replaced in a copy of a catalog leave holes: of more files than so many, or than this share of all,
 # it is made anew
 _FEW_FILES: Final = 1000
 _MOST_REPLACED: Final = 0.25
-
-
-_FIXED: Final[ContextVar[Mapping[Path, duckdb.DuckDBPyConnection]]] = ContextVar("one catalog", default={})  # noqa: B039
-"""What a thread reads from while it is in ``one_catalog``; replaced and never changed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sources:
-    """All that a catalog is made of."""
-
-    definitions: str
-    """Digest of the views, the columns and the version of DuckDB."""
-    columns: Mapping[str, str]
-    """Table to the digest of its columns: where it is the same, rows can be taken over from an older catalog."""
-    stamps: Mapping[str, str]
-    """File, relative to the workspace, to its inode, size and time of change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,19 +55,11 @@ class _Stored:
     replaced: int
 
 
-@dataclass(frozen=True, slots=True)
-class _Difference:
-    """What of the sources changed: files whose rows must go, and files that must be read."""
-
-    gone: Sequence[str]
-    new: Sequence[str]
-    kept: Sequence[str]
-
-
 def rebuild_catalog(ws: Workspace) -> bool:
     """Make the catalog anew from the tables and put it in place at once; readers keep what they have open.
 
-    Rows of files that did not change are taken over from the old catalog: reading a thousand epochs takes long.
+    Rows of files that did not change are taken over from the old catalog: reading a thousand epochs takes long. An epoch
+    with a damaged table is shown as the old catalog knew it, or else left out (``files_left_out``).
 
     Returns
     -------
@@ -87,117 +69,49 @@ def rebuild_catalog(ws: Workspace) -> bool:
     Raises
     ------
     StorageError
-        If a table is damaged, the disk refuses, or (on Windows) a reader holds the old catalog open for long.
+        If the disk refuses, or (on Windows) a reader holds the old catalog open for long.
     """
     with publish_lock(ws):
         recover(ws)
-        old, new = _stored(ws), _sources(ws)
+        old, new = _stored(ws), sources_of(ws)
         if old is not None and old.sources == new:
             return False
+        make_folder(ws.tmp)
         temp = temp_beside(ws.tmp / ws.catalog.name)
         try:
-            _build(ws, temp, old, new)
+            _build_of_readable(ws, temp, old, new)
             sync_file(temp)
             _put_in_place(ws, temp)
         finally:
             _remove_database(temp)
+        note_catalog(ws.identity, new.definitions)
     return True
 
 
 def is_current(ws: Workspace) -> bool:
     """Whether the catalog can be read and was made of the tables as they are."""
     stored = _stored(ws)
-    return stored is not None and stored.sources == _sources(ws)
+    return stored is not None and stored.sources == sources_of(ws)
 
 
-@contextmanager
-def read_catalog(ws: Workspace) -> Iterator[duckdb.DuckDBPyConnection]:
-    """Open the newest catalog read-only; times are shown in UTC.
-
-    The file is attached to a database in memory: a plain ``duckdb.connect`` would show this process the file that
-    it opened first, even after that was replaced, until all its connections are closed.
+def make_catalog(ws: Workspace, place: Path) -> None:
+    """Make a catalog of the Parquet alone in a file that is not there yet; the one of the workspace stays as it is.
 
     Raises
     ------
     StorageError
-        If there is no catalog or it cannot be read.
+        If a table is damaged, or the disk refuses.
     """
-    if not ws.catalog.is_file():
-        raise StorageError(
-            f"no catalog at {ws.catalog}; process the campaign first with `tiltwatch run FILE`"
-        )
-    fixed = _FIXED.get().get(ws.catalog)
-    found = kept_cursor(ws.catalog, lambda: _opened(ws.catalog)) if fixed is None else fixed.cursor()
-    connection = _opened(ws.catalog) if found is None else found
-    try:
-        # a cursor begins anew with both
-        connection.execute("USE catalog")
-        connection.execute("SET TimeZone = 'UTC'")
-        yield connection
-    finally:
-        connection.close()
+    with _faults_told(ws):
+        _make(ws, place, None, sources_of(ws))
 
 
-@contextmanager
-def one_catalog(ws: Workspace) -> Iterator[None]:
-    """Have all readings of this thread see one catalog: what belongs together is read together.
-
-    Without it every reading opens the newest, and an epoch that is published between two is in the one and not in the
-    other.
-
-    Raises
-    ------
-    StorageError
-        If there is no catalog or it cannot be read.
-    """
-    with read_catalog(ws) as connection:
-        before = _FIXED.set({**_FIXED.get(), ws.catalog: connection})
-        try:
-            yield
-        finally:
-            _FIXED.reset(before)
-
-
-def _opened(catalog: Path) -> duckdb.DuckDBPyConnection:
-    """Attach a catalog to a database in memory.
-
-    Raises
-    ------
-    StorageError
-        If it cannot be read.
-    """
-    connection = duckdb.connect()
-    try:
-        _attach(connection, catalog, "catalog", "READ_ONLY")
-    except StorageError:
-        connection.close()
-        raise
-    return connection
-
-
-def _sources(ws: Workspace) -> Sources:
-    return Sources(_definitions(), _columns(), stamps_of(ws))
-
-
-@cache
-def _definitions() -> str:
-    sql = {name: view_definition(name).sql for name in VIEWS}
-    meanings = {name: repr(list(columns_of(record))) for name, record in VIEWS.items()}
-    return _digest([sql, meanings, duckdb.__version__])
-
-
-@cache
-def _columns() -> Mapping[str, str]:
-    return {
-        table: _digest(
-            [(column.name, str(column.python_type), column.nullable) for column in columns_of(record)]
-        )
-        for table, record in CATALOG_TABLES.items()
-    }
-
-
-def _digest(content: object) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def files_left_out(ws: Workspace) -> dict[str, str | None]:
+    """Files that the catalog does not show as they are, and why where it is the file; those beside it are whole."""
+    stored = _stored(ws)
+    known = {} if stored is None else stored.sources.stamps
+    changed = [name for name, stamp in stamps_of(ws).items() if known.get(name) != stamp]
+    return {name: why_unreadable(ws, name) for name in changed}
 
 
 def _stored(ws: Workspace) -> _Stored | None:
@@ -212,15 +126,19 @@ def _stored(ws: Workspace) -> _Stored | None:
     return None if row is None else _Stored(Sources(row[0], json.loads(row[1]), json.loads(row[2])), row[3])
 
 
-def _attach(connection: duckdb.DuckDBPyConnection, path: Path, name: str, option: str) -> None:
-    quoted = str(path).replace("'", "''")
-    try:
-        connection.execute(f"ATTACH '{quoted}' AS {name} ({option})")
-    except duckdb.Error as fault:
-        raise StorageError(
-            f"cannot open {path}: {str(fault).splitlines()[0]}; close the program that writes to it, or delete it "
-            "and run again: it is rebuilt from the tables"
-        ) from fault
+def _build_of_readable(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
+    """Make the catalog; what is damaged must not keep the rest from being shown."""
+    known = {} if old is None else old.sources.stamps
+    for stamps in (known, {}):
+        try:
+            return _build(ws, temp, old, new)
+        except StorageError:
+            readable = replace(new, stamps=readable_stamps(ws, stamps, new.stamps))
+            if readable == new:
+                raise
+            new = readable
+            _remove_database(temp)
+    return _build(ws, temp, old, new)
 
 
 def _build(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
@@ -231,37 +149,38 @@ def _build(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None
         else:
             _make(ws, temp, old, new)
     except duckdb.Error:
-        if old is None:
-            raise
         _remove_database(temp)
-        _make(ws, temp, None, new)
+        with _faults_told(ws):
+            _make(ws, temp, None, new)
+
+
+@contextmanager
+def _faults_told(ws: Workspace) -> Iterator[None]:
+    try:
+        yield
+    except duckdb.Error as fault:
+        raise StorageError(
+            f"cannot make {ws.catalog}: {str(fault).splitlines()[0]}; put that right (free space, a writable folder) and "
+            "run again; the old catalog stays as it is"
+        ) from fault
 
 
 def _may_be_changed(old: _Stored, new: Sources) -> bool:
     """Whether a copy of the old catalog is nearly what is wanted."""
     if old.sources.definitions != new.definitions:
         return False
-    replaced = old.replaced + len(_difference(old.sources, new).gone)
+    replaced = old.replaced + len(difference_of(old.sources, new).gone)
     return replaced <= max(_FEW_FILES, _MOST_REPLACED * len(new.stamps))
-
-
-def _difference(old: Sources, new: Sources) -> _Difference:
-    kept = [file for file, stamp in new.stamps.items() if old.stamps.get(file) == stamp]
-    same = frozenset(kept)
-    return _Difference(
-        gone=[file for file in old.stamps if file not in same],
-        new=[file for file in new.stamps if file not in same],
-        kept=kept,
-    )
 
 
 def _change_a_copy(ws: Workspace, temp: Path, old: _Stored, new: Sources) -> None:
     """Copy the old catalog and change the rows of the files that changed: most of a large one stays as it is."""
-    difference = _difference(old.sources, new)
+    difference = difference_of(old.sources, new)
     gone, incoming = _by_table(ws, difference.gone), _by_table(ws, difference.new)
     with faults_of_the_system(temp):
         shutil.copyfile(ws.catalog, temp)
     with _building(temp) as connection:
+        shut_in(connection)
         for table in CATALOG_TABLES:
             if table in gone:
                 remove_rows(connection, table, gone[table])
@@ -273,12 +192,13 @@ def _change_a_copy(ws: Workspace, temp: Path, old: _Stored, new: Sources) -> Non
 
 def _make(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
     """Make a catalog anew; rows of unchanged files come from the old one where a table has the same columns."""
-    difference = _Difference((), tuple(new.stamps), ()) if old is None else _difference(old.sources, new)
+    difference = Difference((), tuple(new.stamps), ()) if old is None else difference_of(old.sources, new)
     same = frozenset() if old is None else old.sources.columns.items() & new.columns.items()
     kept, incoming = _by_table(ws, difference.kept), _by_table(ws, difference.new)
     with _building(temp) as connection:
         if old is not None:
-            _attach(connection, ws.catalog, "old", "READ_ONLY")
+            attach(connection, ws.catalog, "old", "READ_ONLY")
+        shut_in(connection)
         connection.execute("CREATE SCHEMA data")
         for table in CATALOG_TABLES:
             create_table(connection, table)
@@ -298,9 +218,9 @@ def _make(ws: Workspace, temp: Path, old: _Stored | None, new: Sources) -> None:
 
 @contextmanager
 def _building(temp: Path) -> Iterator[duckdb.DuckDBPyConnection]:
-    connection = duckdb.connect()
+    connection = duckdb.connect(config=CLOSED)
     try:
-        _attach(connection, temp, "catalog", f"STORAGE_VERSION '{STORAGE_VERSION}'")
+        attach(connection, temp, "catalog", f"STORAGE_VERSION '{STORAGE_VERSION}'")
         connection.execute("USE catalog")
         connection.execute("BEGIN")  # else each of some hundred comments is brought to the disk by itself
         yield connection
@@ -329,6 +249,7 @@ def _put_in_place(ws: Workspace, temp: Path) -> None:
     with faults_of_the_system(ws.catalog):
         # left by someone who opened the old file for writing; DuckDB would replay it into the new one
         ws.catalog.with_name(f"{ws.catalog.name}.wal").unlink(missing_ok=True)
+    clear_place(ws.catalog)
     replace_file(temp, ws.catalog)
     sync_folder(ws.root)
 

@@ -11,7 +11,7 @@ from typing import BinaryIO, Final
 import duckdb
 import pyarrow as pa
 
-from storage.catalog import read_catalog
+from storage.catalog_reading import read_catalog
 from storage.errors import StorageError, UsageError
 from storage.named_files import write_named_file
 from storage.parquet import Value, encode_table, python_values, schema_of

@@ -9,11 +9,12 @@ from typing import BinaryIO, Final
 
 from storage.atomic import (
     TEMP_SUFFIX,
+    clear_place,
     faults_of_the_system,
     make_folder,
     replace_file,
     sync_folder,
-    write_atomically,
+    write_our_own,
     write_temp,
 )
 from storage.digests import file_sha256
@@ -44,7 +45,7 @@ class FolderStore:
 
     def put(self, name: str, content: bytes) -> None:
         """Keep bytes under a name."""
-        write_atomically(self._path(name), content)
+        write_our_own(self._path(name), content)
 
     def take(self, name: str, temp: Path, content: Content) -> None:
         """Keep a finished temp under the name of its content."""
@@ -56,6 +57,7 @@ class FolderStore:
             stat = temp.stat()
             os.utime(temp, ns=(stat.st_atime_ns, stat.st_mtime_ns - _DATED_BACK_NS))
         make_folder(path.parent)
+        clear_place(path)
         replace_file(temp, path)
         sync_folder(path.parent)
         remember(self._workspace, path)
@@ -80,7 +82,7 @@ class FolderStore:
         path = self._path(name)
         try:
             return path.read_bytes()
-        except FileNotFoundError:
+        except (FileNotFoundError, IsADirectoryError):
             return None
         except OSError as fault:
             raise StorageError(f"cannot read {path}: {fault.strerror}") from fault

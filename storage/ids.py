@@ -7,10 +7,10 @@ from storage.errors import InputError
 
 _SAFE: Final = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 
-# Windows takes these for devices, with any extension: "NUL.parquet" is still the null device
-_DEVICES: Final = frozenset(
+DEVICES: Final = frozenset(
     ["CON", "PRN", "AUX", "NUL", *(f"{port}{n}" for port in ("COM", "LPT") for n in range(10))]
 )
+"""Windows takes these for devices, with any extension: "NUL.parquet" is still the null device."""
 
 
 def check_id(value: str, what: str) -> str:
@@ -34,7 +34,7 @@ def check_id(value: str, what: str) -> str:
             f"id {value!r} of {what} cannot be a file name; needed are 1 to 64 letters (a-z, A-Z), digits, '.', "
             "'-' and '_', beginning with a letter or digit and not ending in '.'"
         )
-    if value.split(".", maxsplit=1)[0].upper() in _DEVICES:
+    if value.split(".", maxsplit=1)[0].upper() in DEVICES:
         raise InputError(
             f"id {value!r} of {what} is the name of a device on Windows; choose another, as 'e-{value}'"
         )

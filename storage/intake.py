@@ -7,6 +7,8 @@ from pathlib import Path
 from storage.atomic import write_atomically
 from storage.errors import StorageError
 from storage.ids import check_id
+from storage.locks import publish_lock
+from storage.second_copies import keep_second
 from storage.workspace import Workspace
 
 SUFFIX = ".toml"
@@ -39,7 +41,9 @@ def write_intake(ws: Workspace, structure: str, epoch: str, text: str) -> Path:
         If the disk refuses.
     """
     path = intake_file(ws, structure, epoch)
-    write_atomically(path, text.encode())
+    with publish_lock(ws):  # else the first would seem to be changed by hand until the second is there
+        write_atomically(path, text.encode())
+        keep_second(ws, path)
     return path
 
 

@@ -2,12 +2,16 @@
 
 import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
+from typing import Final
 
-from storage.atomic import replace_file, sync_folder, write_atomically
+from storage.atomic import TEMP_SUFFIX, clear_place, replace_file, sync_folder, write_atomically
 from storage.digests import file_sha256
 from storage.errors import StorageError
 from storage.workspace import Workspace
+
+PUBLISHED: Final = ("tables", "seals")
+"""Folders in which a publication renames and removes files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,14 +49,45 @@ def read_journal(ws: Workspace) -> Journal | None:
     try:
         content = json.loads(ws.journal.read_bytes())
         renames = tuple(Rename(**entry) for entry in content.pop("renames"))
-        return Journal(renames=renames, removals=tuple(content.pop("removals")), **content)
+        journal = Journal(renames=renames, removals=tuple(content.pop("removals")), **content)
+        _check_places(journal)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError) as fault:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as fault:
         raise StorageError(
             f"{ws.journal} is damaged, so an epoch may be published in part; delete the file and run the newest "
             "epochs again"
         ) from fault
+    return journal
+
+
+def _check_places(journal: Journal) -> None:
+    """Let a journal name what a publication writes and nothing else: a workspace may come from others.
+
+    Raises
+    ------
+    ValueError
+        If a path leads elsewhere than to tables and seals.
+    """
+    temps = [rename.temp for rename in journal.renames]
+    targets = [*(rename.target for rename in journal.renames), *journal.removals]
+    for path in (*temps, *targets):
+        parts = PurePosixPath(path).parts
+        if (
+            "/".join(parts) != path
+            or len(parts) < 3
+            or parts[0] not in PUBLISHED
+            or ".." in parts
+            or _is_odd(path)
+        ):
+            raise ValueError(f"{path!r} is no place of a publication")
+    if not all(temp.endswith(TEMP_SUFFIX) for temp in temps):
+        raise ValueError("a temp has another name")
+
+
+def _is_odd(path: str) -> bool:
+    """Whether Windows takes a path for another, or no system takes it."""
+    return any(sign in path for sign in "\\:\0")
 
 
 def remove_journal(ws: Workspace) -> None:
@@ -65,6 +100,7 @@ def apply_rename(ws: Workspace, rename: Rename) -> None:
     """Do one rename; one that was done before the crash is left alone."""
     temp, target = ws.root / rename.temp, ws.root / rename.target
     if temp.exists():
+        clear_place(target)
         replace_file(temp, target)
         sync_folder(target.parent)
 
@@ -72,6 +108,7 @@ def apply_rename(ws: Workspace, rename: Rename) -> None:
 def apply_removal(ws: Workspace, removal: str) -> None:
     """Do one removal; one that was done before the crash is left alone."""
     path = ws.root / removal
+    clear_place(path)
     path.unlink(missing_ok=True)
     if path.parent.exists():
         sync_folder(path.parent)

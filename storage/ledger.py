@@ -5,13 +5,15 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from storage.atomic import write_atomically
+from storage.atomic import write_our_own
 from storage.digests import text_sha256
 from storage.errors import StorageError
 from storage.locks import publish_lock
 from storage.parquet import encode_rows
 from storage.records import StageRunRow
+from storage.second_copies import keep_second
 from storage.tables import RUNS, table_path
+from storage.text_parts import PARTS, Known, read_text, write_text
 from storage.workspace import Workspace
 
 
@@ -37,7 +39,8 @@ def append_run(ws: Workspace, run: str, structure: str, rows: Sequence[StageRunR
             raise StorageError(
                 f"run {run} of {structure} is in the ledger already, which is append only: {path}"
             )
-        write_atomically(path, content)
+        write_our_own(path, content)
+        keep_second(ws, path)
     return path
 
 
@@ -57,8 +60,15 @@ def settings_path(ws: Workspace, digest: str) -> Path:
     return ws.runs / "settings" / f"{digest}.json"
 
 
+def settings_parts(ws: Workspace) -> Path:
+    """Where the parts of long settings lie."""
+    return ws.runs / PARTS
+
+
 def store_settings(ws: Workspace, digest: str, text: str) -> Path:
     """Keep filled-in campaign settings, so that the ``campaign_digest`` of a row leads to them.
+
+    Long ones are kept in parts, which those of other runs share (``storage.text_parts``).
 
     Raises
     ------
@@ -69,13 +79,18 @@ def store_settings(ws: Workspace, digest: str, text: str) -> Path:
         raise StorageError(f"settings need the SHA-256 of their text, {text_sha256(text)}; got {digest!r}")
     path = settings_path(ws, digest)
     with publish_lock(ws):
-        if not path.exists() or path.read_bytes() != text.encode():
-            write_atomically(path, text.encode())
+        for written in write_text(path, settings_parts(ws), text):
+            keep_second(ws, written)
     return path
 
 
-def read_settings(ws: Workspace, digest: str) -> str:
+def read_settings(ws: Workspace, digest: str, known: Known | None = None) -> str:
     """The filled-in settings behind a ``campaign_digest``.
+
+    Parameters
+    ----------
+    known
+        Parts of long settings that were read before: who reads the settings of many epochs need not read them again.
 
     Raises
     ------
@@ -85,7 +100,7 @@ def read_settings(ws: Workspace, digest: str) -> str:
     path = settings_path(ws, digest)
     if not path.is_file():
         raise StorageError(f"no settings with digest {digest}: {path} is absent; run the epoch again")
-    text = path.read_bytes().decode(errors="replace")
+    text = read_text(path, settings_parts(ws), known)
     if text_sha256(text) != digest:
         raise StorageError(
             f"{path} is damaged: its digest is {text_sha256(text)}; delete it and run the epoch again"

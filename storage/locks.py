@@ -3,26 +3,34 @@
 import json
 import os
 import socket
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
 from filelock import FileLock, Timeout
 
+from storage.atomic import faults_of_the_system
 from storage.errors import StorageError
 from storage.ids import check_id
 from storage.workspace import Workspace
 
-PUBLISH_TIMEOUT_S: Final = 120.0
-"""Longest wait for the publish lock; it is held for seconds."""
+PUBLISH_TIMEOUT_S: Final = 1800.0
+"""Longest wait for the publish lock; it is held for seconds, of a thousand epochs by ``verify`` for minutes."""
 
 EPOCH_TIMEOUT_S: Final = 5.0
 """Longest wait for an epoch that another run processes, which may take an hour: better to say so."""
 
-DELIVERY_TIMEOUT_S: Final = 300.0
+DELIVERY_TIMEOUT_S: Final = 1800.0
 """Longest wait for another process that sends out alarms; every target has a time limit of its own."""
+
+TELL_AFTER_S: Final = 10.0
+"""Who waits longer than this is told for whom."""
+
+waiting_teller: ContextVar[Callable[[str], None]] = ContextVar("waiting_teller", default=lambda _line: None)
+"""Told for whom a process waits; the command line shows it."""
 
 
 @contextmanager
@@ -38,6 +46,29 @@ def publish_lock(ws: Workspace, timeout_s: float = PUBLISH_TIMEOUT_S) -> Iterato
     """
     with _held(ws.locks / "publish.lock", f"the publish lock of {ws.root}", timeout_s):
         yield
+
+
+@contextmanager
+def lock_to_read(ws: Workspace) -> Iterator[None]:
+    """Hold the publish lock as long as something is looked at; without it where the workspace cannot be written.
+
+    Nobody publishes on a drive that is read-only.
+
+    Raises
+    ------
+    StorageError
+        If another process or thread holds it for longer than the time-out.
+    """
+    if is_writable(ws):
+        with publish_lock(ws):
+            yield
+    else:
+        yield
+
+
+def is_writable(ws: Workspace) -> bool:
+    """Whether this process may change a workspace: not where it lies on a read-only drive or belongs to others."""
+    return os.access(ws.root, os.W_OK) and (not ws.locks.exists() or os.access(ws.locks, os.W_OK))
 
 
 @contextmanager
@@ -112,18 +143,22 @@ def delivery_lock(ws: Workspace, structure: str, timeout_s: float = DELIVERY_TIM
 
 @contextmanager
 def _held(place: Path, what: str, timeout_s: float) -> Iterator[None]:
-    place.parent.mkdir(parents=True, exist_ok=True)
+    with faults_of_the_system(place):
+        place.parent.mkdir(parents=True, exist_ok=True)
     # a singleton a path makes the lock re-entrant within a thread; other threads still wait
     lock = FileLock(place, is_singleton=True)
     holder = place.with_suffix(".holder.json")
     outermost = not lock.is_locked
     try:
-        lock.acquire(timeout=timeout_s)
+        _wait_for(lock, what, holder, timeout_s)
     except Timeout as fault:
         raise StorageError(
             f"{what} is in use; waited {timeout_s:g} s; last taken by {_last_holder(holder)}: wait for it to "
             "finish, or end that process, and run again"
         ) from fault
+    except OSError:
+        with faults_of_the_system(place):
+            raise
     try:
         if outermost:
             _write_holder(holder)
@@ -132,10 +167,30 @@ def _held(place: Path, what: str, timeout_s: float) -> Iterator[None]:
         lock.release()
 
 
+def _wait_for(lock: FileLock, what: str, holder: Path, timeout_s: float) -> None:
+    """Take a lock; who waits for long is told for whom.
+
+    Raises
+    ------
+    Timeout
+        If another process or thread holds it for longer than ``timeout_s`` seconds.
+    """
+    if timeout_s > TELL_AFTER_S:
+        try:
+            lock.acquire(timeout=TELL_AFTER_S)
+        except Timeout:
+            waiting_teller.get()(f"waiting for {what}, last taken by {_last_holder(holder)}")
+            timeout_s -= TELL_AFTER_S
+        else:
+            return
+    lock.acquire(timeout=timeout_s)
+
+
 def _write_holder(holder: Path) -> None:
     now = datetime.now(UTC).isoformat(timespec="seconds")
     text = json.dumps({"pid": os.getpid(), "host": socket.gethostname(), "since": now})
-    holder.write_text(text, encoding="utf-8")
+    with suppress(OSError):  # a full disk takes the lock away from nobody: this only tells who has it
+        holder.write_text(text, encoding="utf-8")
 
 
 def _last_holder(holder: Path) -> str:

@@ -13,8 +13,8 @@ import pyarrow.parquet as pq
 
 from storage.arrow_columns import MICROSECOND, MICROSECONDS, START_OF_TIME, arrow_column
 from storage.errors import StorageError
+from storage.identity import SCHEMA_VERSION
 from storage.records import Field, columns_of
-from storage.workspace import SCHEMA_VERSION
 
 Row = TypeVar("Row")
 Value = bool | int | float | str | datetime

@@ -9,10 +9,11 @@ from typing import Final
 
 from storage.errors import StorageError
 from storage.folder_store import FolderStore
+from storage.identity import SCHEMA_VERSION
 from storage.s3_store import SCHEME, VARIABLES, open_s3_store
 from storage.store import Store
 from storage.store_cache import FOLDER_VARIABLE, LIMIT_VARIABLE, cache_of_machine
-from storage.workspace import SCHEMA_VERSION, Workspace
+from storage.workspace import Workspace
 
 IDENTITY: Final = "tiltwatch-store.json"
 """Says that a bucket's prefix is a store of ours, and of which version."""

@@ -3,7 +3,8 @@
 Nothing is allocated on the word of such a file. Its footer is short or refused; the pages of the columns that are
 asked for are walked by their headers and must hold the records that the footer counts; pages that would fill the
 memory are refused; and a file is refused that claims more records than a scan can be packed into so few bytes.
-What is left costs a piece of records and a page a column. No type of an extension is evaluated.
+What is left costs a piece of records and a page a column. No type of an extension is evaluated. Arrow itself runs in a
+process of its own.
 """
 
 import io
@@ -15,10 +16,9 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from storage.decoders.parquet_points import FooterLimits, ToldField, decoded_columns, told_schema
 from storage.errors import InputError
 from storage.parquet_pages import DICTIONARY, Chunk, Footer, Page, parse_footer, walk_pages
 
@@ -54,8 +54,7 @@ SLACK_BYTES: Final = 4096
 NUMPY_FLOATS: Final = (32, 64)
 """Widths whose statistics are plain numbers."""
 
-PIECE_RECORDS: Final = 1 << 16
-BUFFER_BYTES: Final = 1 << 20
+FOOTER_LIMITS: Final = FooterLimits(MOST_FOOTER_BYTES, MOST_ITEMS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +105,7 @@ class PointHeader:
 
 @dataclass(frozen=True, slots=True)
 class PointPiece:
-    """Some records, values (m, k); ``n_incomplete`` of them lack a value, which is NaN here."""
+    """Some records, values (m, k), gone when the next are taken; ``n_incomplete`` lack a value, which is NaN here."""
 
     values: NDArray[np.float64]
     n_incomplete: int
@@ -125,11 +124,11 @@ def read_point_header(path: Path, file: BinaryIO) -> PointHeader:
     size_bytes = file.seek(0, io.SEEK_END)
     footer = _read_footer(path, file, size_bytes)
     _check_counts(path, footer, size_bytes)
-    with _opened(file) as source:
-        paths = tuple(source.schema.column(leaf).path for leaf in range(len(source.schema)))
-        if any(len(group.chunks) != len(paths) for group in footer.groups):
-            raise ValueError(f"a row group lacks some of the {len(paths)} columns")
-        columns = tuple(_column(field, paths, footer) for field in source.schema_arrow)
+    schema = told_schema(path, FOOTER_LIMITS)
+    paths = schema.paths
+    if any(len(group.chunks) != len(paths) for group in footer.groups):
+        raise ValueError(f"a row group lacks some of the {len(paths)} columns")
+    columns = tuple(_column(field, paths, footer) for field in schema.fields)
     return PointHeader(columns, footer, size_bytes)
 
 
@@ -168,37 +167,16 @@ def _check_chunk(path: Path, file: BinaryIO, n_records: int, chunk: Chunk) -> No
         raise _bloated(path, f"{full_bytes} bytes for {n_records} values")
 
 
-def read_point_pieces(file: BinaryIO, names: Sequence[str]) -> Iterator[PointPiece]:
+def read_point_pieces(path: Path, names: Sequence[str]) -> Iterator[PointPiece]:
     """Records of some columns of numbers, in the order of the file; call ``check_point_pages`` before.
 
     Raises
     ------
     Exception
-        What Arrow raises on damaged pages.
+        What Arrow does on damaged pages.
     """
-    with _opened(file) as source:
-        for batch in source.iter_batches(PIECE_RECORDS, columns=list(names), use_threads=False):
-            values = np.empty((batch.num_rows, len(names)))
-            incomplete = np.zeros(batch.num_rows, dtype=np.bool_)
-            for place, name in enumerate(names):
-                column = batch.column(name)
-                if column.null_count:
-                    incomplete |= column.is_null().to_numpy(zero_copy_only=False)
-                values[:, place] = column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
-            yield PointPiece(values, int(np.count_nonzero(incomplete)))
-
-
-def _opened(file: BinaryIO) -> pq.ParquetFile:
-    file.seek(0)
-    return pq.ParquetFile(
-        file,
-        # streamed: otherwise Arrow reads whole column chunks, which may be as long as the file
-        buffer_size=BUFFER_BYTES,
-        pre_buffer=False,
-        page_checksum_verification=True,
-        thrift_string_size_limit=MOST_FOOTER_BYTES,
-        thrift_container_size_limit=MOST_ITEMS,
-    )
+    for values, n_incomplete in decoded_columns(path, FOOTER_LIMITS, names):
+        yield PointPiece(values, n_incomplete)
 
 
 def _read_footer(path: Path, file: BinaryIO, size_bytes: int) -> Footer:
@@ -247,21 +225,15 @@ def _check_counts(path: Path, footer: Footer, size_bytes: int) -> None:
         )
 
 
-def _column(field: pa.Field, paths: Sequence[str], footer: Footer) -> StoredColumn:
+def _column(field: ToldField, paths: Sequence[str], footer: Footer) -> StoredColumn:
     # Arrow reads under a name whatever lies within it, too
     leaves = [leaf for leaf, path in enumerate(paths) if f"{path}.".startswith(f"{field.name}.")]
     leaf = leaves[0] if leaves else 0
-    bits = quantum = None
-    if len(leaves) == 1 and pa.types.is_floating(field.type):
-        bits = field.type.bit_width
-    elif len(leaves) == 1 and pa.types.is_integer(field.type):
-        quantum = 1.0
-    elif len(leaves) == 1 and pa.types.is_decimal(field.type):
-        quantum = math.pow(10.0, -field.type.scale)
+    bits, quantum = (field.float_bits, field.quantum) if len(leaves) == 1 else (None, None)
     chunks = [group.chunks[leaf] for group in footer.groups if bits in NUMPY_FLOATS]
     low = _outermost([chunk.low for chunk in chunks], bits, min)
     high = _outermost([chunk.high for chunk in chunks], bits, max)
-    return StoredColumn(field.name, str(field.type), leaf, bits, quantum, low, high)
+    return StoredColumn(field.name, field.type_name, leaf, bits, quantum, low, high)
 
 
 def _outermost(

@@ -1,6 +1,7 @@
 """Publish whole epochs: all tables of an epoch change together or not at all, whenever the machine stops."""
 
 import hashlib
+import math
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +10,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
 
-from storage.atomic import TEMP_SUFFIX, make_folder, replace_file, sync_folder, write_temp
+from storage.atomic import TEMP_SUFFIX, make_folder, replace_file, sync_folder, write_our_own, write_temp
+from storage.digests import file_sha256
 from storage.errors import StorageError
 from storage.ids import check_id
 from storage.journal import (
@@ -27,13 +29,16 @@ from storage.ledger import kept_frame
 from storage.locks import publish_lock
 from storage.parquet import encode_rows, read_rows
 from storage.records import TABLES, EpochRow
+from storage.seals import seal_path, seal_text
 from storage.tables import EPOCH_TABLES, EpochKey, table_path
 from storage.versions import keep_replaced, unfinished_archives
 from storage.workspace import Workspace
+from storage.writers import is_writer_gone
 
 Step = Callable[[str], None]
 
-# a temp outside the tables has no lock over it: only one that no living writer can still own is swept
+# a temp outside the tables has no lock over it: only one whose writer is gone is swept, or, where nobody can tell
+# (a writer on another machine), one that is as old as this
 _ABANDONED_S: Final = 24 * 3600.0
 
 
@@ -91,6 +96,7 @@ def publish_epoch(
         _check_spelling(ws, key)
         contents = {table: encode_rows(table, TABLES[table], tables[table]) for table in EPOCH_TABLES}
         if _is_published(ws, key, contents, tables["epochs"]):
+            _seal_if_need_be(ws, key)
             return False
         keep_replaced(ws, key, tables, _run_of(tables))
         journal = _written_temps(ws, key, contents, after_step)
@@ -103,6 +109,7 @@ def publish_epoch(
 def remove_epoch(ws: Workspace, structure: str, epoch: str, *, after_step: Step = _no_step) -> bool:
     """Remove all tables of an epoch at once; False if it was not there."""
     paths = [table_path(ws, table, structure, epoch) for table in EPOCH_TABLES]
+    paths.append(seal_path(ws, EpochKey(structure, epoch)))
     with publish_lock(ws):
         recover(ws)
         there = tuple(_relative(ws, path) for path in paths if path.exists())
@@ -147,13 +154,25 @@ def stale_temps(ws: Workspace) -> list[Path]:
     """Temps that nobody is writing any more; to be asked under the publish lock."""
     under_lock = [
         *ws.tables.glob(f"*/*/*{TEMP_SUFFIX}"),
+        *ws.seals.glob(f"*/*{TEMP_SUFFIX}"),
+        *ws.second.rglob(f"*{TEMP_SUFFIX}"),
         *ws.tmp.glob("catalog*"),
         *ws.runs.glob(f"*/*{TEMP_SUFFIX}"),
     ]
     oldest_alive = time.time() - _ABANDONED_S
-    others = [*ws.artifacts.glob(f"*{TEMP_SUFFIX}"), *ws.root.glob(f"*{TEMP_SUFFIX}")]
-    abandoned = [path for path in others if path.stat().st_mtime < oldest_alive]
+    of_epochs = (*ws.intake.glob("*/"), *ws.previews.glob("*/"))
+    folders = (ws.root, ws.artifacts, ws.records, *ws.runs.glob("*/*/"), *of_epochs)
+    others = [path for folder in folders for path in folder.glob(f"*{TEMP_SUFFIX}")]
+    abandoned = [path for path in others if is_writer_gone(path) or _changed_s(path) < oldest_alive]
     return sorted(path for path in (*under_lock, *abandoned) if path.is_file())
+
+
+def _changed_s(path: Path) -> float:
+    """When a file changed, seconds since 1970; one that was put in place meanwhile is as new as can be."""
+    try:
+        return path.stat().st_mtime
+    except FileNotFoundError:
+        return math.inf
 
 
 def _sweep(ws: Workspace) -> int:
@@ -167,13 +186,15 @@ def _sweep(ws: Workspace) -> int:
 
 def _written_temps(ws: Workspace, key: EpochKey, contents: Mapping[str, bytes], after_step: Step) -> Journal:
     renames = []
-    for table, content in contents.items():
-        target = table_path(ws, table, key.structure, key.epoch)
+    digests = {table: hashlib.sha256(content).hexdigest() for table, content in contents.items()}
+    files = {table: (table_path(ws, table, key.structure, key.epoch), contents[table]) for table in contents}
+    files["seal"] = (seal_path(ws, key), seal_text(digests))
+    for name, (target, content) in files.items():
         temp = write_temp(target, content)
         sync_folder(temp.parent)
         digest = hashlib.sha256(content).hexdigest()
         renames.append(Rename(_relative(ws, temp), _relative(ws, target), digest))
-        after_step(f"temp {table}")
+        after_step(f"temp {name}")
     return Journal(key.structure, key.epoch, tuple(renames), ())
 
 
@@ -190,10 +211,10 @@ def _finish(ws: Workspace, journal: Journal, after_step: Step) -> None:
 
 def _set_aside(ws: Workspace, key: EpochKey) -> None:
     place = ws.tmp / f"set-aside-{time.time_ns()}"
-    for table in EPOCH_TABLES:
-        path = table_path(ws, table, key.structure, key.epoch)
+    paths = [table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES]
+    for path in (*paths, seal_path(ws, key)):
         if path.exists():
-            aside = place / path.relative_to(ws.tables)
+            aside = place / path.relative_to(ws.root)
             make_folder(aside.parent)
             replace_file(path, aside)
 
@@ -207,6 +228,15 @@ def _is_published(
     if any(_differs(paths[table], contents[table]) for table in EPOCH_TABLES if table != "epochs"):
         return False
     return not _differs(paths["epochs"], _under_old_run(ws, paths["epochs"], epochs))
+
+
+def _seal_if_need_be(ws: Workspace, key: EpochKey) -> None:
+    """Give an epoch its seal that was published before there were any, or whose seal is damaged."""
+    paths = {table: table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES}
+    text = seal_text({table: file_sha256(path) for table, path in paths.items()})
+    place = seal_path(ws, key)
+    if not place.is_file() or place.read_bytes() != text:
+        write_our_own(place, text)
 
 
 def _differs(path: Path, content: bytes) -> bool:

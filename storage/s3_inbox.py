@@ -12,6 +12,7 @@ from pyarrow import fs
 
 from storage.atomic import write_atomically
 from storage.errors import StorageError, UsageError
+from storage.secrets import has_login, without_login
 
 SCHEME: Final = "s3://"
 TAKEN: Final = "taken"
@@ -69,12 +70,22 @@ def s3_files() -> fs.FileSystem:
 
     ``AWS_ENDPOINT_URL_S3`` or ``AWS_ENDPOINT_URL`` (Amazon's where neither is set), ``AWS_REGION`` or
     ``AWS_DEFAULT_REGION``, and the credentials as Amazon's own tools find them.
+
+    Raises
+    ------
+    UsageError
+        If the address carries a login, which errors would show.
     """
     endpoint = os.environ.get("AWS_ENDPOINT_URL_S3") or os.environ.get("AWS_ENDPOINT_URL")
     region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION") or DEFAULT_REGION
     limits = {"connect_timeout": CONNECT_S, "request_timeout": REQUEST_S, "region": region}
     if endpoint is None:
         return fs.S3FileSystem(**limits)
+    if has_login(endpoint):
+        raise UsageError(
+            f"AWS_ENDPOINT_URL {without_login(endpoint)} carries a login; put it into AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY"
+        )
     scheme, _, host = endpoint.rpartition("://")
     return fs.S3FileSystem(endpoint_override=host.rstrip("/"), scheme=scheme or "https", **limits)
 
@@ -138,14 +149,23 @@ class S3Inbox:
     def _objects(self) -> Iterator[tuple[str, fs.FileInfo]]:
         root = self._place.path
         with _faults_of_the_store(root):
-            # a prefix without any object yet is an empty inbox; a bucket that is not there is a mistake
-            if self._files.get_file_info(self._place.bucket).type == fs.FileType.NotFound:
-                raise StorageError(f"no bucket {self._place.bucket!r}; check --inbox and AWS_ENDPOINT_URL")
             infos = self._files.get_file_info(fs.FileSelector(root, allow_not_found=True, recursive=True))
+            # a prefix without any object yet is an empty inbox; a bucket that is not there is a mistake
+            if not infos and self._is_missing(self._place.bucket):
+                raise StorageError(f"no bucket {self._place.bucket!r}; check --inbox and AWS_ENDPOINT_URL")
         for info in sorted(infos, key=lambda info: info.path):
             name = info.path.removeprefix(f"{root}/")
             if info.type == fs.FileType.File and not name.startswith(f"{TAKEN}/"):
                 yield name, info
+
+    def _is_missing(self, bucket: str) -> bool:
+        """Whether there is no such bucket; who may see his prefix alone is not told, and it is there."""
+        try:
+            return bool(self._files.get_file_info(bucket).type == fs.FileType.NotFound)
+        except OSError as fault:
+            if "ACCESS_DENIED" in str(fault):
+                return False
+            raise
 
     def _fetch_one(self, name: str, info: fs.FileInfo) -> None:
         fetched = 0

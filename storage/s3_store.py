@@ -24,6 +24,7 @@ from pyarrow import fs
 from storage.atomic import write_temp
 from storage.digests import file_sha256
 from storage.errors import StorageError
+from storage.secrets import has_login, without_login
 from storage.store import Content
 from storage.store_cache import StoreCache
 
@@ -230,6 +231,11 @@ def _filesystem() -> fs.S3FileSystem:
     }
     region = os.environ.get("AWS_REGION") or os.environ.get("AWS_DEFAULT_REGION")
     url = endpoint_url()
+    if url is not None and has_login(url):
+        raise StorageError(
+            f"AWS_ENDPOINT_URL {without_login(url)} carries a login; put it into AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY"
+        )
     if url is not None:
         scheme, separator, address = url.partition("://")
         if separator == "" or scheme not in {"http", "https"}:

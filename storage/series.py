@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from storage.atomic import write_atomically
+from storage.assessed import forget_assessed
+from storage.atomic import write_our_own
 from storage.errors import StorageError
 from storage.locks import publish_lock
 from storage.parquet import encode_rows
@@ -44,6 +45,7 @@ def publish_series(ws: Workspace, structure: str, tables: Mapping[str, Sequence[
         for table, content in contents.items():
             path = table_path(ws, table, structure, SERIES)
             if not path.is_file() or path.read_bytes() != content:
-                write_atomically(path, content)
+                forget_assessed(ws, structure)  # verify holds the series against it
+                write_our_own(path, content)
                 changed = True
     return changed

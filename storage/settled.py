@@ -6,12 +6,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
-from storage.atomic import write_atomically
+from storage.atomic import write_our_own
 from storage.digests import text_sha256
 from storage.ids import check_id
 from storage.parquet import read_rows
 from storage.records import EpochRow
-from storage.tables import EPOCH_TABLES, table_path
+from storage.seals import seal_path
+from storage.tables import EPOCH_TABLES, EpochKey, table_path
 from storage.verified import Stamp, stamp_of
 from storage.workspace import Workspace
 
@@ -67,7 +68,7 @@ def settle(
     if mark is None or stamps_of(before) != before or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
         return False
     (row,) = read_rows(table_path(ws, "epochs", structure, epoch), "epochs", EpochRow)
-    write_atomically(_place(ws, structure, epoch), json.dumps([row.run, mark]).encode())
+    write_our_own(_place(ws, structure, epoch), json.dumps([row.run, mark]).encode())
     return True
 
 
@@ -79,6 +80,7 @@ def _place(ws: Workspace, structure: str, epoch: str) -> Path:
 def _mark(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> str | None:
     """What tells an epoch's inputs and tables apart from others; None where a file is absent."""
     tables = [table_path(ws, table, structure, epoch) for table in EPOCH_TABLES]
+    tables.append(seal_path(ws, EpochKey(structure, epoch)))
     stamps = [(str(path), stamp_of(path)) for path in (*scans, *tables)]
     if any(stamp is None for _, stamp in stamps):
         return None

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -52,8 +53,9 @@ def remember(ws: Workspace, path: Path) -> None:
     stamp = stamp_of(path)
     if stamp is None or time.time_ns() - stamp.mtime_ns < _YOUNGEST_NS:
         return
-    # one short line appended at once: several processes may do so without a lock, and a torn line is skipped
-    with _place(ws).open("a", encoding="ascii") as file:
+    # one short line appended at once: several processes may do so without a lock, and a torn line is skipped;
+    # where the disk takes no more, or is read-only, the file is hashed once more another time
+    with suppress(OSError), _place(ws).open("a", encoding="ascii") as file:
         file.write(f"{path.name} {stamp.inode} {stamp.size} {stamp.mtime_ns}\n")
     _recalled(ws).stamps[path.name] = stamp
 
@@ -71,7 +73,7 @@ def _recalled(ws: Workspace) -> _Memory:
     place = _place(ws)
     with _READING:
         memory = _MEMORIES.setdefault(ws.root, _Memory({}, 0))
-        size = place.stat().st_size if place.exists() else 0
+        size = place.stat().st_size if place.is_file() else 0
         if size != memory.bytes_read:
             _read_on(place, memory, size)
     return memory

@@ -1,17 +1,15 @@
 """Is everything stored whole, and true to its digest."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import duckdb
-
-from storage.catalog import is_current, read_catalog
 from storage.errors import StorageError
+from storage.fault import Fault, at
 from storage.ledger import read_settings
-from storage.locks import publish_lock
-from storage.parquet import read_rows, stored_row_count
+from storage.locks import lock_to_read
+from storage.parquet import read_rows
 from storage.places import store_of
 from storage.publish import stale_temps
 from storage.records import TABLES, EpochRow
@@ -26,64 +24,82 @@ from storage.tables import (
     part_column,
     table_path,
 )
+from storage.text_parts import Known
+from storage.verify_catalog import catalog_faults, deep_catalog_faults
+from storage.verify_copies import (
+    copy_faults,
+    seal_faults,
+    series_faults,
+    set_aside,
+    single_copies,
+    unmarked_series,
+    unsealed_epochs,
+)
+from storage.verify_records import record_faults
 from storage.versions import archive_fault, archived_epochs, unfinished_archives
-from storage.view_definitions import VIEWS
 from storage.workspace import Workspace
 
 Check = Callable[[Store, str, Content], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """Something that is not as it should be."""
-
-    where: str
-    what: str
-    what_to_do: str
+CatalogCheck = Callable[[Workspace], Iterable[Fault | None]]
 
 
 @dataclass(frozen=True, slots=True)
 class VerifyReport:
-    """How many things were checked, and what was found wrong."""
+    """How many things were checked, what was found wrong, and what is worth a word but is no fault."""
 
     checked: int
     faults: tuple[Fault, ...]
+    notes: tuple[Fault, ...] = ()
 
 
 def verify_workspace(ws: Workspace) -> VerifyReport:
     """Check everything; artifacts that did not change since they were last hashed are not hashed again.
 
+    Nothing is written, so that a workspace on a read-only drive can be checked, too.
+
     Raises
     ------
     StorageError
         If another process publishes for longer than the lock's time-out.
     """
-    return _verify(ws, lambda store, name, content: store.is_whole(name, content))
+    return _verify(ws, lambda store, name, content: store.is_whole(name, content), catalog_faults)
 
 
 def verify_workspace_deeply(ws: Workspace) -> VerifyReport:
-    """Check everything and hash every artifact: about a second per gigabyte.
+    """Check everything, hash every artifact (about a second per gigabyte), and hold the catalog against a new one.
 
     Raises
     ------
     StorageError
         If another process publishes for longer than the lock's time-out.
     """
-    return _verify(ws, lambda store, name, content: store.is_whole_by_hash(name, content))
+    return _verify(
+        ws, lambda store, name, content: store.is_whole_by_hash(name, content), deep_catalog_faults
+    )
 
 
-def _verify(ws: Workspace, is_true: Check) -> VerifyReport:
-    with publish_lock(ws):
-        found = [*_left_behind(ws), *_tables(ws), *_epochs(ws), *_versions(ws), *_catalog(ws)]
-    found += _artifacts(ws, is_true)
-    return VerifyReport(len(found), tuple(fault for fault in found if fault is not None))
+def _verify(ws: Workspace, is_true: Check, of_catalog: CatalogCheck) -> VerifyReport:
+    with lock_to_read(ws):
+        found = [
+            *_left_behind(ws),
+            *_tables(ws),
+            *_epochs(ws),
+            *seal_faults(ws),
+            *series_faults(ws),
+            *_versions(ws),
+            *copy_faults(ws),
+        ]
+        found += of_catalog(ws)
+        notes = [*unsealed_epochs(ws), *unmarked_series(ws), *single_copies(ws), *set_aside(ws)]
+    found += [*_artifacts(ws, is_true), *record_faults(ws)]
+    return VerifyReport(len(found), tuple(fault for fault in found if fault is not None), tuple(notes))
 
 
 def _left_behind(ws: Workspace) -> Iterator[Fault | None]:
     again = "run the campaign again: the next run finishes or sweeps it"
-    yield Fault(_at(ws, ws.journal), "a publication did not end", again) if ws.journal.exists() else None
+    yield Fault(at(ws, ws.journal), "a publication did not end", again) if ws.journal.exists() else None
     for temp in (*stale_temps(ws), *unfinished_archives(ws)):
-        yield Fault(_at(ws, temp), "unfinished file that nobody writes any more", again)
+        yield Fault(at(ws, temp), "unfinished file that nobody writes any more", again)
 
 
 def _tables(ws: Workspace) -> Iterator[Fault | None]:
@@ -97,7 +113,7 @@ def _table_fault(ws: Workspace, table: str, path: Path) -> Fault | None:
     try:
         rows: list[object] = read_rows(path, table, TABLES[table])
     except StorageError as fault:
-        return Fault(_at(ws, path), str(fault), again)
+        return Fault(at(ws, path), str(fault), again)
     part = part_column(table)
     keys = {
         EpochKey(getattr(row, "structure", ""), SERIES if part is None else getattr(row, part))
@@ -105,17 +121,18 @@ def _table_fault(ws: Workspace, table: str, path: Path) -> Fault | None:
     }
     strangers = keys - {key_of(path)}
     if strangers:
-        return Fault(_at(ws, path), f"holds rows of {', '.join(map(str, sorted(strangers)))}", again)
+        return Fault(at(ws, path), f"holds rows of {', '.join(map(str, sorted(strangers)))}", again)
     return None
 
 
 def _epochs(ws: Workspace) -> Iterator[Fault | None]:
+    known: dict[str, str] = {}  # parts that the settings of many epochs share
     for key in epochs_on_disk(ws):
         paths = [table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES]
-        missing = [_at(ws, path) for path in paths if not path.exists()]
+        missing = [at(ws, path) for path in paths if not path.exists()]
         what = f"the epoch is not whole: no {', '.join(missing)}"
         yield Fault(str(key), what, "run the epoch again") if missing else None
-        yield from _settings(ws, key)
+        yield from _settings(ws, key, known)
 
 
 def _versions(ws: Workspace) -> Iterator[Fault | None]:
@@ -123,46 +140,17 @@ def _versions(ws: Workspace) -> Iterator[Fault | None]:
     for folder in archived_epochs(ws):
         fault = archive_fault(folder)
         what_to_do = "restore it from a backup, or move the folder out of the workspace"
-        yield None if fault is None else Fault(_at(ws, folder), fault, what_to_do)
+        yield None if fault is None else Fault(at(ws, folder), fault, what_to_do)
 
 
-def _settings(ws: Workspace, key: EpochKey) -> Iterator[Fault | None]:
+def _settings(ws: Workspace, key: EpochKey, known: Known) -> Iterator[Fault | None]:
     try:
         for row in read_rows(table_path(ws, "epochs", key.structure, key.epoch), "epochs", EpochRow):
-            read_settings(ws, row.campaign_digest)
+            read_settings(ws, row.campaign_digest, known)
     except StorageError as fault:
         yield Fault(str(key), str(fault), "run the epoch again")
     else:
         yield None
-
-
-def _catalog(ws: Workspace) -> Iterator[Fault | None]:
-    if not ws.catalog.exists() and not any(files_of(ws, table) for table in TABLES):
-        return
-    again = "delete the catalog and run the campaign again: it is rebuilt from the tables"
-    if not is_current(ws):
-        yield Fault(ws.catalog.name, "is absent, damaged or older than the tables", again)
-    try:
-        with read_catalog(ws) as connection:
-            for table in TABLES:
-                yield _count_fault(ws, connection, table)
-            for view in VIEWS:
-                connection.execute(f"SELECT count(*) FROM main.{view}").fetchone()  # noqa: S608
-                yield None
-    except (StorageError, duckdb.Error) as fault:
-        yield Fault(ws.catalog.name, str(fault).splitlines()[0], again)
-
-
-def _count_fault(ws: Workspace, connection: duckdb.DuckDBPyConnection, table: str) -> Fault | None:
-    row = connection.execute(f"SELECT count(*) FROM data.{table}").fetchone()  # noqa: S608 - names of our own
-    shown = None if row is None else row[0]
-    stored = sum(stored_row_count(path) for path in files_of(ws, table))
-    if shown == stored:
-        return None
-    what = f"shows {shown} rows of {table}; the tables hold {stored}"
-    return Fault(
-        ws.catalog.name, what, "delete the catalog and run the campaign again: it is rebuilt from the tables"
-    )
 
 
 def _artifacts(ws: Workspace, is_true: Check) -> Iterator[Fault | None]:
@@ -184,7 +172,3 @@ def _digest_in(name: str) -> str | None:
     """SHA-256 in the name of an artifact; None where it is named otherwise."""
     named = re.fullmatch(r"artifacts/([0-9a-f]{2})/(\1[0-9a-f]{62})\.[a-z0-9]{1,16}", name)
     return None if named is None else named[2]
-
-
-def _at(ws: Workspace, path: Path) -> str:
-    return path.relative_to(ws.root).as_posix()

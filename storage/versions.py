@@ -21,6 +21,8 @@ from storage.errors import StorageError
 from storage.ids import check_id
 from storage.parquet import is_undamaged, read_rows, stored_row_count
 from storage.records import TABLES, EpochRow
+from storage.seals import is_as_sealed
+from storage.second_copies import keep_second
 from storage.tables import EPOCH_TABLES, EpochKey, table_path
 from storage.version import VersionRow
 from storage.version_manifest import MANIFEST, Manifest, read_manifest
@@ -72,11 +74,11 @@ def put_aside(
     if folder.exists():
         raise StorageError(f"version {version} of {key} is there already and is never changed: {folder}")
     tables = _whole_tables(ws, key)
-    return _put_aside(folder, tables, _row(ws, key, version, why), after_step) if tables else None
+    return _put_aside(ws, folder, tables, _row(ws, key, version, why), after_step) if tables else None
 
 
 def _put_aside(
-    folder: Path, tables: Mapping[str, Path], row: VersionRow, after_step: Step = _no_step
+    ws: Workspace, folder: Path, tables: Mapping[str, Path], row: VersionRow, after_step: Step = _no_step
 ) -> VersionRow:
     make_folder(folder.parent)
     temp = folder.with_name(f".{folder.name}.{uuid4().hex}{TEMP_SUFFIX}")
@@ -85,6 +87,7 @@ def _put_aside(
         with faults_of_the_system(folder):
             temp.rename(folder)
         sync_folder(folder.parent)
+        keep_second(ws, folder / MANIFEST)
     except BaseException:
         shutil.rmtree(temp, ignore_errors=True)
         raise
@@ -107,7 +110,7 @@ def keep_replaced(ws: Workspace, key: EpochKey, tables: Mapping[str, Sequence[ob
     if _loses_results(published, tables) and not _is_kept(ws, key, published):
         version = _free_name(ws, key, f"before-{run}")
         folder = version_folder(ws, key.structure, version, key.epoch)
-        _put_aside(folder, published, _row(ws, key, version, f"replaced by run {run}"))
+        _put_aside(ws, folder, published, _row(ws, key, version, f"replaced by run {run}"))
 
 
 def archived_epochs(ws: Workspace) -> Iterator[Path]:
@@ -137,7 +140,11 @@ def archive_fault(folder: Path) -> str | None:
 
 def _whole_tables(ws: Workspace, key: EpochKey) -> dict[str, Path]:
     paths = {table: table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES}
-    return {table: path for table, path in paths.items() if path.is_file() and is_undamaged(path)}
+    return {
+        table: path
+        for table, path in paths.items()
+        if path.is_file() and is_undamaged(path) and is_as_sealed(ws, key, table, path)
+    }
 
 
 def _row(ws: Workspace, key: EpochKey, version: str, why: str) -> VersionRow:

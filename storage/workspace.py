@@ -1,15 +1,11 @@
 """The folder that holds everything of a campaign, and its places."""
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
-from storage.atomic import make_folder, write_atomically
+from storage.atomic import make_folder
 from storage.errors import StorageError
-
-SCHEMA_VERSION: Final = 1
-"""Version of the stored tables and of the layout of a workspace; a newer one is refused."""
+from storage.identity import SCHEMA_VERSION, Identity, read_identity, write_identity
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +43,16 @@ class Workspace:
     def versions(self) -> Path:
         """Tables of epochs as they were published before; kept, they cannot be made again."""
         return self.root / "versions"
+
+    @property
+    def seals(self) -> Path:
+        """The digests with which epochs were published, one file each."""
+        return self.root / "seals"
+
+    @property
+    def second(self) -> Path:
+        """Second copies of the small files that cannot be made again."""
+        return self.root / "second"
 
     @property
     def runs(self) -> Path:
@@ -108,8 +114,7 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     if workspace.identity.exists():
         _check_version(workspace)
     else:
-        text = json.dumps({"schema_version": SCHEMA_VERSION, "made_by": made_by}, indent=1)
-        write_atomically(workspace.identity, text.encode() + b"\n")
+        write_identity(workspace.identity, Identity(SCHEMA_VERSION, made_by))
     for folder in ("artifacts", "records", "tables", "runs", "prefect", "locks", "tmp"):
         make_folder(workspace.root / folder)
     return workspace
@@ -130,24 +135,13 @@ def existing_workspace(path: Path) -> Workspace:
             "with `tiltwatch run FILE`, or name the right folder with --workspace"
         )
     _check_version(workspace)
-    return open_workspace(workspace.root)
+    return workspace
 
 
 def _check_version(workspace: Workspace) -> None:
-    version = _stored_version(workspace)
+    version = read_identity(workspace.identity).schema_version
     if version > SCHEMA_VERSION:
         raise StorageError(
             f"workspace {workspace.root} has schema version {version}; this tiltwatch reads up to "
             f"{SCHEMA_VERSION}: use a newer tiltwatch, or another folder with --workspace"
         )
-
-
-def _stored_version(workspace: Workspace) -> int:
-    try:
-        content = json.loads(workspace.identity.read_bytes())
-        return int(content["schema_version"])
-    except (OSError, ValueError, KeyError, TypeError) as fault:
-        raise StorageError(
-            f"{workspace.identity} is damaged: needed is a JSON object with schema_version; restore the file, or "
-            f'write {{"schema_version": {SCHEMA_VERSION}}} into it'
-        ) from fault

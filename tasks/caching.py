@@ -46,14 +46,14 @@ def stage_key(stage: str, function: Callable[..., object], inputs: Mapping[str, 
 def on_record(workspace: Workspace, key: str) -> Produced | None:
     """What was produced under a key; None where there is no record, or it or one of its artifacts is not whole."""
     record = store_of(workspace).get(record_name(key))
-    return None if record is None else _sound(workspace, record)
+    return None if record is None else _sound(workspace, key, record)
 
 
 def set_aside_if_damaged(workspace: Workspace, key: str) -> None:
     """Rename the record under ``key`` to .bad if it is torn, or if one of its artifacts is not whole."""
     store = store_of(workspace)
     record = store.get(record_name(key))
-    if record is not None and _sound(workspace, record) is None:
+    if record is not None and _sound(workspace, key, record) is None:
         store.put(f"{record_name(key)}.bad", record)
         store.remove(record_name(key))
 
@@ -63,9 +63,9 @@ def record_name(key: str) -> str:
     return f"records/{key}"
 
 
-def _sound(workspace: Workspace, record: bytes) -> Produced | None:
+def _sound(workspace: Workspace, key: str, record: bytes) -> Produced | None:
     try:
-        produced = record_result(record)
+        produced = record_result(record, key)
     except ValueError:
         return None
     return produced if all(is_whole(workspace, ref) for ref in produced.artifacts.values()) else None

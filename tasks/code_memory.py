@@ -11,6 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from storage.sealed import sealed, unsealed
+
 ROOT: Final = Path(__file__).resolve().parents[1]
 
 OURS: Final = ("tasks", "storage")
@@ -93,7 +95,8 @@ def _sources_now() -> str:
 
 def _read(file: Path, sources: str) -> _Memory:
     try:
-        content = json.loads(file.read_text(encoding="utf-8"))
+        # a flipped bit in a version would make every key another one
+        content = json.loads(unsealed(file.read_bytes()) or b"")
         if content["sources"] == sources:
             return _Memory(sources, {str(name): str(known) for name, known in content["versions"].items()})
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -105,7 +108,6 @@ def _write(file: Path, memory: _Memory) -> None:
     temp = file.with_name(f".{file.name}.{os.getpid()}")
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        temp.write_text(
-            json.dumps({"sources": memory.sources, "versions": memory.versions}), encoding="utf-8"
-        )
+        text = json.dumps({"sources": memory.sources, "versions": memory.versions})
+        temp.write_bytes(sealed(text.encode()))
         temp.replace(file)

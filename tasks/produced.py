@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from storage.artifacts import ArtifactRef
+from storage.errors import StorageError
+from storage.sealed import is_true_record, json_digest
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 
@@ -28,8 +30,8 @@ class Produced:
     refusal: str | None = None
 
     def to_json(self) -> dict[str, Json]:
-        """Plain JSON for Prefect's result record."""
-        return {
+        """Plain JSON for Prefect's result record, with the digest of it: a flipped digit is a number, too."""
+        content: dict[str, Json] = {
             "artifacts": {name: dict(ref.to_json()) for name, ref in self.artifacts.items()},
             "facts": self.facts,
             "refusal": self.refusal,
@@ -39,6 +41,7 @@ class Produced:
                 "peak_rss_mb": self.cost.peak_rss_mb,
             },
         }
+        return {**content, "digest": json_digest(content)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +59,10 @@ def produced_from_json(value: object) -> Produced:
     Raises
     ------
     ValueError
-        If it is anything else: a torn or foreign record.
+        If it is anything else: a torn, altered or foreign record.
     """
+    if not is_true_record(value):
+        raise ValueError("the record of a stage does not have the digest that it says")
     try:
         cost, artifacts = value["cost"], value["artifacts"]  # type: ignore[index]
         return Produced(
@@ -66,21 +71,28 @@ def produced_from_json(value: object) -> Produced:
             facts=value["facts"],  # type: ignore[index]
             refusal=value["refusal"],  # type: ignore[index]
         )
-    except (KeyError, TypeError, AttributeError) as fault:
+    except (KeyError, TypeError, AttributeError, StorageError) as fault:
         raise ValueError(f"not the record of a stage: {fault}") from fault
 
 
-def record_result(text: bytes) -> Produced:
+def record_result(text: bytes, key: str | None = None) -> Produced:
     """Read the outcome out of Prefect's result record (JSON serializer, no object hooks).
+
+    Parameters
+    ----------
+    key : str, optional
+        Under which it lies; a record that says another one of itself is not that stage's.
 
     Raises
     ------
     ValueError
-        If the record is torn or foreign.
+        If the record is torn, foreign or that of another stage.
     """
     record = json.loads(text)
     try:
-        payload = record["result"]
-    except (KeyError, TypeError) as fault:
+        payload, said = record["result"], record.get("metadata", {}).get("storage_key", key)
+    except (KeyError, TypeError, AttributeError) as fault:
         raise ValueError("not a result record") from fault
+    if key is not None and said != key:
+        raise ValueError(f"it is the record of {said}")
     return produced_from_json(json.loads(payload) if isinstance(payload, str) else payload)

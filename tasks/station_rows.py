@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from storage.records import StationRow
+from storage.records import REGISTERED, StationRow
 from tasks.conventions import ARCSEC_RAD
 from tasks.epoch_tables import Home, ScanInput
 from tasks.level_check import LevelCheck
@@ -50,7 +50,7 @@ def _with_level(row: StationRow, check: LevelCheck, suspicion: str | None) -> St
 
 def _placed_row(home: Home, scan: ScanInput, pose: StationPose, diagnosis: PoseDiagnosis) -> StationRow:
     east, north, up = (float(value) for value in pose.position_m)
-    return StationRow(
+    row = StationRow(
         structure=home.structure,
         epoch=home.epoch,
         station=scan.station,
@@ -74,6 +74,21 @@ def _placed_row(home: Home, scan: ScanInput, pose: StationPose, diagnosis: PoseD
         notes="; ".join(scan.notes) or None,
         start=diagnosis.start,
         **_corrections(diagnosis),
+    )
+    return _without_pose(row) if diagnosis.start == REGISTERED else row
+
+
+def _without_pose(row: StationRow) -> StationRow:
+    """A cloud that came registered has no scanner of which anything was adjusted; its sigmas are those that are stated."""
+    return replace(
+        row,
+        position_east_m=None,
+        position_north_m=None,
+        position_up_m=None,
+        heading_deg=None,
+        heading_correction_deg=None,
+        level_east_deg=None,
+        level_north_deg=None,
     )
 
 

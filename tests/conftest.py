@@ -14,9 +14,14 @@ os.environ.setdefault("DO_NOT_TRACK", "1")
 os.environ.setdefault("TILTWATCH_KEEP_SERVER_S", "0")
 
 import pytest
+from hypothesis import settings
 
 from tests.prefect_server import prefect_server
 from tests.s3_server import S3Endpoint, s3_server
+
+# the same examples in every run, and none that is wrong because the machine was busy
+settings.register_profile("tests", deadline=None, derandomize=True)
+settings.load_profile("tests")
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,8 @@ from typing import Final
 from benchmarks.catalog.made_up import STRUCTURE
 from benchmarks.catalog.workspace import grown_workspace
 from benchmarks.results.section import Section
-from storage.catalog import read_catalog, rebuild_catalog
+from storage.catalog import rebuild_catalog
+from storage.catalog_reading import read_catalog
 
 REPEATS: Final = 5
 

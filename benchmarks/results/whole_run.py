@@ -13,11 +13,14 @@ from typing import Final, Literal
 import laspy
 import psutil
 
-from storage.catalog import read_catalog
+from storage.catalog_reading import read_catalog
+from storage.decoders import child
 from storage.workspace import Workspace
 from tasks.simulated_campaign import SimulatedCampaignRequest, write_simulated_campaign
 
 LOOK_S: Final = 0.02
+FIND_S: Final = 0.5
+"""Between two searches for the decoders of a process: a search looks at all processes there are."""
 
 DECODE: Final = """
 import os
@@ -106,13 +109,16 @@ def timed_decoding(scans: Sequence[Path], what: Literal["records", "metres"]) ->
 
 
 def watched(command: Sequence[str]) -> Measured:
-    """Run a command to its end; its own memory counts, not that of servers it starts."""
+    """Run a command to its end; its own memory counts and that of its decoders, not that of servers it starts."""
     began = time.perf_counter()
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
-        seen, peak = psutil.Process(process.pid), 0
+        seen, peak, decoders = psutil.Process(process.pid), 0, list[psutil.Process]()
+        found_at = began
         while process.poll() is None:
             try:
-                peak = max(peak, seen.memory_info().rss)
+                if time.perf_counter() > found_at + FIND_S:
+                    decoders, found_at = _decoders_of(seen), time.perf_counter()
+                peak = max(peak, seen.memory_info().rss + sum(map(_own_bytes, decoders)))
             except psutil.NoSuchProcess:
                 break
             time.sleep(LOOK_S)
@@ -120,3 +126,23 @@ def watched(command: Sequence[str]) -> Measured:
     if code not in FINE:
         raise SystemExit(f"{' '.join(command)} ended with {code}")
     return Measured(time.perf_counter() - began, peak / 2**20)
+
+
+def _decoders_of(process: psutil.Process) -> list[psutil.Process]:
+    return [found for found in process.children() if _is_decoder(found)]
+
+
+def _is_decoder(process: psutil.Process) -> bool:
+    try:
+        return child.__file__ in process.cmdline()
+    except psutil.Error:
+        return False
+
+
+def _own_bytes(decoder: psutil.Process) -> int:
+    """Memory of a decoder that it does not share with the process that asks it."""
+    try:
+        return int(decoder.memory_full_info().uss)
+    except psutil.Error:
+        # it ended just now
+        return 0

@@ -68,14 +68,19 @@ def _alarms(view: View) -> Panel:
             [html.Li([badge(TONES[r.level.name.lower()]), f" {numbers.brief(r.what, 240)}"]) for r in reasons]
         )
         if reasons
-        else html.P(
-            "Nothing but the alarms below." if lines else "Nothing speaks against it.", className="calm"
-        ),
+        else html.P(_calm(view, bool(lines)), className="calm"),
         html.H3("Open alarms"),
         html.Ul(lines) if lines else html.P("None.", className="calm"),
     ]
     link = dcc.Link("all alarms", href=view.asked.at("alarms").href)
     return Panel("alarms", "What to look at", html.Div(content), span=5, tools=[link])
+
+
+def _calm(view: View, has_alarms: bool) -> str:
+    tilt = view.condition.tilt
+    if tilt is not None and tilt.verdict == "no limit":
+        return "No limit is stated, so nothing can be called in order: name the one that applies in [limits]."
+    return "Nothing but the alarms below." if has_alarms else "Nothing speaks against it."
 
 
 def _alarm_line(row: AlarmRow) -> list[Component | str]:

@@ -157,7 +157,7 @@ def _stations_panel(stations: Sequence[StationRow]) -> Panel:
     rows = [part for each in stations for part in _station_lines(each)]
     return Panel(
         "stations",
-        f"{len(stations)} stations" if stations else "Stations",
+        f"Stations: {len(stations)}" if stations else "Stations",
         table(_STATION_HEAD, rows),
         _of_record(stations, StationRow),
         span=12,
@@ -284,7 +284,7 @@ def _pairs_panel(view: View) -> Panel:
     worst = sorted(rows, key=lambda each: -(each.rmse_m or 0.0))
     return Panel(
         "pairs",
-        f"{len(rows)} pairs of stations, the worst first" if rows else "Pairs of stations",
+        f"Pairs of stations: {len(rows)}, the worst first" if rows else "Pairs of stations",
         html.Div(table(_PAIR_HEAD, [row(_PAIR_HEAD, _pair_cells(each)) for each in worst]), className="tall"),
         _of_record(rows, PairRow),
         span=7,

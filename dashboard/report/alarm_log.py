@@ -26,7 +26,7 @@ STATES: Final = {"acknowledged": "acknowledged", "muted": "muted", "unmuted": "n
 def alarms_at(events: Sequence[AlarmEventRow], epochs: Collection[str]) -> tuple[AlarmThen, ...]:
     """Follow the events that belong to the given epochs, the earliest alarm first."""
     alarms: dict[str, AlarmThen] = {}
-    for event in sorted(events, key=lambda each: (each.happened_at, each.event)):
+    for event in sorted(events, key=lambda each: each.event):
         if event.epoch not in epochs:
             continue
         known = alarms.get(event.alarm)

@@ -45,14 +45,14 @@ def alarms(
     """
     from flows.alarm_text import facts_of_alarm, line_of_alarm
     from flows.condition_text import EXIT_CODES
+    from storage.upgrade import ready_workspace
     from storage.views import alarm_rows
     from storage.views.condition import level_of, sorted_alarms
-    from storage.workspace import existing_workspace
 
     campaign = load_with_workspace(file, workspace)
     if trial:
         return _trial(campaign, as_json=as_json)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     if evaluate:
         from flows.alarm_delivery import evaluate_and_deliver
 

@@ -45,14 +45,14 @@ def compare(
     reference
         The epoch to count from.
     """
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
     from tasks.epoch_difference import epoch_tests, reference_differences
 
     campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, (epoch, reference))
     if epoch == reference:
         raise UsageError(f"epoch {epoch!r} cannot be compared with itself; name two epochs")
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     tests = epoch_tests(place, campaign.structure.id, epoch, reference)
     measured = reference_differences(place, campaign.structure.id, epoch, reference)
     leans = [row for row in tests if row.quantity == "lean"]

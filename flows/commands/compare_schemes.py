@@ -49,13 +49,13 @@ def compare_schemes(
     pairs
         Show every two axes against each other, too.
     """
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
     from tasks.scheme_comparison import compare_schemes as comparison_of
     from tasks.stored_comparison import agreements, epoch_axes, newest_epoch, pairs_of
 
     campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, () if epoch is None else (epoch,))
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     chosen = epoch or newest_epoch(place, campaign.structure.id)
     axes = None if chosen is None else epoch_axes(place, campaign.structure.id, chosen)
     if axes is None or not axes.tilt:

@@ -1,7 +1,6 @@
 """``tiltwatch dashboard``: the results in a browser."""
 # ruff: noqa: PLC0415 (heavy imports stand inside the command)
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +8,7 @@ from cyclopts import Parameter
 
 from flows.commands.options import CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
 from flows.terminal import note, say
-from storage.errors import InputError
+from storage.secrets import secret_in, secret_of
 
 if TYPE_CHECKING:
     from dashboard.view import Site
@@ -39,15 +38,16 @@ def dashboard(
     host
         Address to listen on. Any but this machine's own needs a token.
     token_file
-        File of mode 600 with the token that visitors need; else the environment variable TILTWATCH_DASHBOARD_TOKEN.
+        File of mode 600 with the token that visitors need; else the environment variable TILTWATCH_DASHBOARD_TOKEN, or
+        the file that TILTWATCH_DASHBOARD_TOKEN_FILE names.
     open_browser
         Open the page in the browser of this desktop.
     """
     from dashboard.server import Listening, serve
-    from storage.workspace import open_workspace
+    from storage.upgrade import ready_or_new_workspace
 
     campaign = load_with_workspace(file, workspace)
-    place = open_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_or_new_workspace(workspace_of(campaign.folder, workspace))
     sites = {}
     for each in (file, *others):
         structure, site = _site(each, place.root)
@@ -87,17 +87,4 @@ def _site(file: Path, workspace: Path) -> "tuple[str, Site]":
 
 
 def _token(file: Path | None) -> str | None:
-    if file is None:
-        return os.environ.get(TOKEN_VARIABLE) or None
-    try:
-        mode = file.stat().st_mode
-        text = file.read_text().strip()
-    except (OSError, UnicodeDecodeError) as fault:
-        raise InputError(
-            f"token file {file} cannot be read ({fault}); write the token into it, in a line"
-        ) from fault
-    if os.name == "posix" and mode & 0o077:
-        raise InputError(f"token file {file} can be read by others; `chmod 600 {file}` keeps it to you")
-    if not text:
-        raise InputError(f"token file {file} is empty; write the token into it, in a line")
-    return text
+    return secret_in(TOKEN_VARIABLE) if file is None else secret_of(file, "--token-file")

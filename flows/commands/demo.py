@@ -3,6 +3,7 @@
 
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -43,7 +44,7 @@ def demo(  # noqa: PLR0913 (each is an option of the command line)
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
     from flows.run_report import answer_of, conditions_of_run, exit_code_of, tell_errors, tell_results
-    from storage.workspace import open_workspace
+    from storage.upgrade import ready_or_new_workspace
     from tasks.found_against_true import found_against_true, text_lines
     from tasks.settings import load_campaign
     from tasks.simulated_campaign import write_simulated_campaign
@@ -52,7 +53,7 @@ def demo(  # noqa: PLR0913 (each is an option of the command line)
     if kind not in CASES:
         raise UsageError(f"unknown kind {kind!r}; known: {', '.join(sorted(CASES))}")
     request = request_of_kind(kind, epochs=epochs, stations=stations, points=points, seed=seed)
-    place = open_workspace(workspace)
+    place = ready_or_new_workspace(workspace)
     log_into(place.root / LOGS)
     note(f"simulating {epochs} epochs of {stations} stations around a {kind} in {place.root / CAMPAIGN}")
     file = write_simulated_campaign(place.root / CAMPAIGN, request)
@@ -69,5 +70,5 @@ def demo(  # noqa: PLR0913 (each is an option of the command line)
         )
     tell_results(campaign, outcome, states, all_epochs=terminal().verbose)
     say("", *text_lines(found))
-    note(f"next: tiltwatch status {file} --workspace {place.root}")
+    note(f"next: tiltwatch status {quote(str(file))} --workspace {quote(str(place.root))}")
     return code

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from tasks.settings import Campaign
 
 BINARY = ("parquet", "las", "laz")
+ARCHIVE = "archive"
 
 Write = Callable[["Path | BinaryIO"], "Exported | None"]
 
@@ -27,15 +28,17 @@ def export(  # noqa: PLR0913 (options of a command)
     what: Annotated[str, Parameter(name="WHAT")],
     /,
     *,
-    file_format: Annotated[str, Parameter(name="--format")],
+    file_format: Annotated[str | None, Parameter(name="--format")] = None,
     epoch: str | None = None,
     scheme: str | None = None,
     method: str | None = None,
+    scans: Annotated[bool, Parameter(negative="", show_default=False)] = False,
+    cache: Annotated[bool, Parameter(negative="", show_default=False)] = False,
     out: Path | None = None,
     workspace: WorkspaceFolder = None,
     as_json: AsJson = False,
 ) -> int:
-    """Write a view of the catalog, or the geometry of an epoch, to a file; to stdout where none is named.
+    """Write a view of the catalog, the geometry of an epoch, or the whole record to a file; to stdout where none is named.
 
     Geometry lies where the campaign states its positions: x east, y north, z up in metres, origin_m added again. The file
     says so itself.
@@ -46,25 +49,42 @@ def export(  # noqa: PLR0913 (options of a command)
         Geometry: axis (axis, plumb line, foot, top and lean vector, each with its sigmas), slice-circles or cloud (the
         points of the isolated shaft). A view: epochs, stations, pairs, coverage, surface_map, surface_changes, slices,
         tilt, verdicts, accuracy, changes, reference_leans, scheme_comparison, alarms, runs, schemes, removals or latest.
+        archive: campaign file and workspace as one tar, for a backup or another machine; restore brings it back.
     file_format
         A view: csv, json or parquet. axis and slice-circles: csv, dxf, geojson or parquet. cloud: csv, las, laz or parquet.
+        archive: tar, which need not be said.
     epoch
         Epoch of the geometry; the newest that has it where none is named.
     scheme
         Scheme of the geometry; scheme and method of the primary where neither is named.
     method
         Method of the geometry.
+    scans
+        Put the scans into the archive, too: gigabytes, but with them everything can be computed again elsewhere.
+    cache
+        Put what the stages made into the archive, too: then nothing is computed again elsewhere.
     out
         File to write; one that is there is replaced.
     """
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
 
     if out is None and as_json:
         raise UsageError("--json answers on stdout, where the table would go; name a file with --out")
-    if out is None and file_format in BINARY and sys.stdout.isatty():
-        raise UsageError(f"{file_format} cannot be read on a terminal; name a file with --out")
+    if out is None and (file_format in BINARY or what == ARCHIVE) and sys.stdout.isatty():
+        raise UsageError(f"{file_format or what} cannot be read on a terminal; name a file with --out")
     campaign = load_with_workspace(file, workspace)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
+    if what == ARCHIVE:
+        from flows.archiving import ArchiveWords, check_archive_words, export_archive
+
+        check_archive_words(file_format, epoch or scheme or method)
+        return export_archive(
+            place, campaign, ArchiveWords(file, scans=scans, cache=cache, out=out, as_json=as_json)
+        )
+    if scans or cache:
+        raise UsageError("--scans and --cache are for an archive: tiltwatch export FILE archive")
+    if file_format is None:
+        raise UsageError(f"{what} needs a --format; `tiltwatch export --help` shows which there are")
     write = _writer(place, what, file_format, _choice(place, campaign, epoch, scheme, method))
     if out is None:
         sys.stdout.flush()
@@ -111,7 +131,9 @@ def _writer(place: "Workspace", what: str, file_format: str, choice: "DrawingCho
     if what in GEOMETRY:
         return lambda out: export_geometry(place, what, file_format, choice, out)
     if what not in VIEWS:
-        raise UsageError(f"unknown view {what!r}; known: {', '.join(VIEWS)}; geometry: {', '.join(GEOMETRY)}")
+        raise UsageError(
+            f"unknown view {what!r}; known: {', '.join(VIEWS)}; geometry: {', '.join(GEOMETRY)}; archive"
+        )
     if choice.names_an_axis or choice.epoch is not None:
         raise UsageError(
             f"--epoch, --scheme and --method choose geometry ({', '.join(GEOMETRY)}); a view is written whole"

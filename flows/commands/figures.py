@@ -47,11 +47,11 @@ def figures(  # noqa: PLR0913 (options of a command)
     """
     from dashboard.paper_figures import draw_figure, figure_names
     from storage.named_files import write_named_file
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
 
     campaign = load_with_workspace(file, workspace)
     numbers = _numbers(figure, list(figure_names()))
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     subject = _subject(place, campaign, epoch)
     folder = out or place.root / "figures" / campaign.structure.id / subject.epoch.epoch
     written = []

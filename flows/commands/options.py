@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from flows.terminal import note
 from storage.errors import UsageError
 
 if TYPE_CHECKING:
@@ -33,14 +34,18 @@ def workspace_of(folder: Path, wanted: Path | None) -> Path:
 def load_with_workspace(file: Path, workspace: Path | None) -> "Campaign":
     """Read a campaign file together with the epochs that came into its workspace through an inbox.
 
+    From then on the user is told for whom a command waits.
+
     Raises
     ------
     InputError
         If either is bad.
     """
     # a start for help must be quick
+    from storage.locks import waiting_teller  # noqa: PLC0415
     from tasks.settings.intake import load_with_intake  # noqa: PLC0415
 
+    waiting_teller.set(note)
     return load_with_intake(file, workspace_of(file.absolute().parent, workspace))
 
 

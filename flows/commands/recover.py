@@ -35,7 +35,7 @@ def recover(
         retries in [schedule] says.
     """
     from flows.prefect_home import prepare_prefect, users_server
-    from storage.workspace import existing_workspace, open_workspace
+    from storage.upgrade import ready_or_new_workspace, ready_workspace
 
     if again and users_server() is None:
         # the server of a workspace has no deployments
@@ -46,7 +46,7 @@ def recover(
     campaign = load_with_workspace(file, workspace)
     folder = workspace_of(campaign.folder, workspace)
     # a run of a deployment may be lost before it has made its workspace
-    place = open_workspace(folder) if again else existing_workspace(folder)
+    place = ready_or_new_workspace(folder) if again else ready_workspace(folder)
     prepare_prefect(place, campaign.execution.keep_server_s).wait()
     settled, lost, begun = _with_server(campaign, place) if again else (_without_server(place), [], [])
     if as_json:

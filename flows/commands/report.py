@@ -84,10 +84,10 @@ def reported(campaign: "Campaign", workspace: Path, epoch: str | None, lang: str
     from dashboard.report.document import document_of
     from dashboard.report.facts import gather
     from dashboard.report.words import words_of
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
 
     words = words_of(lang)
-    place = existing_workspace(workspace)
+    place = ready_workspace(workspace)
     facts = gather(_origin(place, campaign, _chosen(place, campaign, epoch)))
     return facts, document_of(facts, words)
 

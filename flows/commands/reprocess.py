@@ -52,12 +52,12 @@ def reprocess(
     from flows.progress import progress
     from flows.run_campaign import RunRequest, run_campaign
     from flows.run_report import answer_of, conditions_of_run, exit_code_of, tell_errors
-    from storage.workspace import existing_workspace
+    from storage.upgrade import ready_workspace
     from tasks.version_report import version_report, version_report_lines
 
     campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, epoch)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     log_into(place.root / LOGS)
     epochs = epoch or tuple(each.id for each in campaign.epochs)
     version = _keep(place, campaign, epochs, label)

@@ -1,6 +1,7 @@
 """``tiltwatch run``: process what is not processed yet."""
 # ruff: noqa: PLC0415 (heavy imports stand inside the command)
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -65,6 +66,9 @@ def run(  # noqa: PLR0913 - the words of a command
     """
     # what is imported below takes a second
     note(f"tiltwatch {VERSION}: reading {file}")
+    from flows.mending import code_with_losses, lost_after, mend_before
+
+    lost = mend_before(workspace_of(file.absolute().parent, workspace))
     campaign = load_with_workspace(file, workspace)
     check_epochs(campaign, epoch)
     if scheme:
@@ -82,9 +86,10 @@ def run(  # noqa: PLR0913 - the words of a command
         )
     found = conditions_of_run(campaign, outcome)
     tell_errors(outcome.epochs)
-    code = exit_code_of(outcome.epochs, found, fail_on)
+    lost += lost_after(place)
+    code = code_with_losses(exit_code_of(outcome.epochs, found, fail_on), lost)
     if as_json:
-        return answer(code, answer_of(outcome, found))
+        return answer(code, {**answer_of(outcome, found), "lost": [asdict(told) for told in lost]})
     tell_results(campaign, outcome, found, all_epochs=terminal().verbose)
     return code
 

@@ -20,12 +20,12 @@ def status(file: CampaignFile, /, *, workspace: WorkspaceFolder = None, as_json:
     Exit code 0: none of these. The highest wins.
     """
     from flows.condition_text import EXIT_CODES, facts_of, further_verdicts, lines_of
+    from storage.upgrade import ready_workspace
     from storage.views import verdict_rows
     from storage.views.condition import conditions
-    from storage.workspace import existing_workspace
 
     campaign = load_with_workspace(file, workspace)
-    place = existing_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_workspace(workspace_of(campaign.folder, workspace))
     found = conditions(place, campaign.structure.id, campaign.report.primary)
     if not found:
         raise StorageError(

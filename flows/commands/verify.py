@@ -7,7 +7,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from flows.commands.options import AsJson, CampaignFile, WorkspaceFolder, load_with_workspace, workspace_of
-from flows.terminal import answer, complain, say
+from flows.terminal import answer, complain, note, say
 
 NOT_WHOLE = 3
 
@@ -39,8 +39,9 @@ def verify(
     report = verify_workspace_deeply(place) if deep else verify_workspace(place)
     code = NOT_WHOLE if report.faults else 0
     complain(*(f"error: {fault.where}: {fault.what}; {fault.what_to_do}" for fault in report.faults))
+    note(*(f"note: {told.where}: {told.what}; {told.what_to_do}" for told in report.notes))
     if as_json:
-        faults = [asdict(fault) for fault in report.faults]
-        return answer(code, {"workspace": str(place.root), "checked": report.checked, "faults": faults})
+        found = {name: [asdict(told) for told in getattr(report, name)] for name in ("faults", "notes")}
+        return answer(code, {"workspace": str(place.root), "checked": report.checked, **found})
     say(f"{place.root}: {report.checked} checked, {len(report.faults)} faults")
     return code

@@ -84,12 +84,12 @@ def watch(
     """
     from flows.watch.loop import Pace, Watch, keep_watching
     from storage.locks import watch_lock
-    from storage.workspace import open_workspace
+    from storage.upgrade import ready_or_new_workspace
     from tasks.settings.intake import load_awaiting
 
     campaign = load_awaiting(file)
     _check_pace(pace)
-    place = open_workspace(workspace_of(campaign.folder, workspace))
+    place = ready_or_new_workspace(workspace_of(campaign.folder, workspace))
     log_into(place.root / LOGS)
     with ExitStack() as stack:
         watched, settle_s = _open_inbox(file, campaign.structure.id, place.root, inbox)

@@ -1,8 +1,6 @@
 """The upload server of a watch: uvicorn in a thread, the tus protocol behind the gate."""
 
 import asyncio
-import ipaddress
-import os
 import shutil
 import threading
 import time
@@ -21,6 +19,8 @@ from flows.upload.gate import PREFIX, Gate
 from flows.upload.names import upload_name
 from flows.upload.store import UploadStore
 from storage.errors import InputError, StorageError, UsageError
+from storage.loopback import is_loopback
+from storage.secrets import check_private, secret_in
 
 FOLDER: Final = ".uploads"
 """Hidden folder of the inbox for unfinished uploads: the same disk, so that finishing one is a rename."""
@@ -54,15 +54,17 @@ def listening(
     ------
     UsageError
         If the address is none, the token is missing or short, or a token would travel in clear over a network.
+    InputError
+        If others may read the file of the token or of the key.
     """
     host, separator, port = address.rpartition(":")
     if not separator or not host or not port.isdecimal() or int(port) > 65535:
         raise UsageError(f"--listen needs HOST:PORT, got {address!r}")
-    token = os.environ.get(token_env, "") if token_env else ""
+    token = (secret_in(token_env) if token_env else None) or ""
     if len(token) < SHORTEST_TOKEN:
         raise UsageError(
             f"--listen needs a token of {SHORTEST_TOKEN} characters or more in an environment variable named by "
-            "--token-env; `openssl rand -hex 24` makes one"
+            f"--token-env, or in a file of mode 600 that {token_env or 'NAME'}_FILE names; `openssl rand -hex 24` makes one"
         )
     cert, key = tls
     if (cert is None) != (key is None):
@@ -70,8 +72,10 @@ def listening(
     for file in (cert, key):
         if file is not None and not file.is_file():
             raise UsageError(f"no file {file}; --tls-cert and --tls-key need PEM files")
+    if key is not None:
+        check_private(key, "--tls-key")
     bare = host.strip("[]")
-    if cert is None and not insecure_http and not _is_loopback(bare):
+    if cert is None and not insecure_http and not is_loopback(bare):
         raise UsageError(
             f"on {host} the token would travel readable for others: give --tls-cert and --tls-key, listen on 127.0.0.1 "
             "behind a proxy with TLS, or accept it with --insecure-http"
@@ -171,10 +175,3 @@ def _port_of(server: uvicorn.Server, thread: threading.Thread, wanted: Listening
     raise StorageError(
         f"uploads cannot be taken on {wanted.host}:{wanted.port}: the address cannot be used, or is taken; choose another"
     )
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"

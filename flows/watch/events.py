@@ -1,6 +1,7 @@
 """What a watch tells: lines for people, JSON lines for programs, and the same JSON lines in a log of the workspace."""
 
 import json
+import re
 import sys
 import threading
 import traceback
@@ -14,6 +15,9 @@ from flows.terminal import complain, say
 from storage.errors import StorageError
 from storage.intake import append_watch_log
 from storage.workspace import Workspace
+
+CONTROL: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but for the tab and the end of a line, and what turns the direction of writing around."""
 
 Facts = Mapping[str, object]
 Now = Callable[[], datetime]
@@ -34,6 +38,11 @@ class WatchEvent:
     kind: str
     lines: tuple[str, ...]
     facts: Facts = field(default_factory=dict)
+
+
+def _harmless(line: str) -> str:
+    """The line without what a terminal would obey: a name in the inbox may hold anything but a slash."""
+    return CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), line)
 
 
 def fault_in_words(fault: BaseException) -> str:
@@ -64,9 +73,9 @@ class Teller:
             if self._as_json:
                 say(line)
             elif event.kind in TROUBLES:
-                complain(*event.lines)
+                complain(*map(_harmless, event.lines))
             else:
-                say(*event.lines)
+                say(*map(_harmless, event.lines))
             sys.stdout.flush()
             try:
                 append_watch_log(self._ws, self._structure, line)

@@ -1,10 +1,11 @@
 """Run the flow for complete epochs, one after the other, each in a process of its own with a time limit."""
 
 import json
+import math
 import os
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +15,16 @@ from flows.child_process import Child, ChildOutcome, how_it_ended, started_child
 from flows.watch.events import Now, Teller, WatchEvent
 from flows.watch.place import WatchPlace
 from storage.digests import file_sha256
+from storage.errors import StorageError
 from storage.intake import intake_file, read_run_note, write_run_note
 from tasks.settings.intake import Intake
 
 BAD_INPUT: Final = 3
 SETTLED_CODES: Final = frozenset({0, BAD_INPUT})
 """A run that ended so would end so again; others are tried again when the watch starts anew."""
+
+AGAIN_AFTER_S: Final = 300.0
+"""So long after a run that met a full or absent drive it is tried again: there may be room by then."""
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 
@@ -41,6 +46,7 @@ class Runs:
         self._now = now
         self._time_limit_s = time_limit_s
         self._tried: set[tuple[str, str]] = set()
+        self._again_s: dict[tuple[str, str], float] = {}
         self._under_way: _UnderWay | None = None
 
     @property
@@ -68,7 +74,9 @@ class Runs:
         return intake.complete is not None and not self._is_done(intake)
 
     def _is_due(self, intake: Intake) -> bool:
-        return self.awaits_run(intake) and (intake.epoch, self._sha256(intake)) not in self._tried
+        key = (intake.epoch, self._sha256(intake))
+        may_run = key not in self._tried or time.monotonic() >= self._again_s.get(key, math.inf)
+        return may_run and self.awaits_run(intake)
 
     def _is_done(self, intake: Intake) -> bool:
         note = read_run_note(self._place.workspace, self._place.structure, intake.epoch)
@@ -107,6 +115,12 @@ class Runs:
         self._note(run, outcome)
         return True
 
+    def _keep(self, epoch: str, note: Mapping[str, object]) -> None:
+        try:
+            write_run_note(self._place.workspace, self._place.structure, epoch, note)
+        except StorageError as fault:  # the drive is full still: the watch goes on
+            self._teller.tell(WatchEvent("error", (f"{epoch}: {fault}",), {"epoch": epoch}))
+
     def _note(self, run: _UnderWay, outcome: ChildOutcome) -> None:
         answer = _answer_of(outcome)
         state = _state_of(run.epoch, answer)
@@ -119,9 +133,12 @@ class Runs:
             "state": state,
         }
         note = {**facts, "intake_sha256": run.intake_sha256, "ended_at": self._now().isoformat()}
-        if outcome.timed_out:
+        again = outcome.exit_code == BAD_INPUT and _failed_by_storage(run.epoch, answer)
+        if again:
+            self._again_s[run.epoch, run.intake_sha256] = time.monotonic() + AGAIN_AFTER_S
+        if outcome.timed_out or again:
             note["exit_code"] = None
-        write_run_note(self._place.workspace, self._place.structure, run.epoch, note)
+        self._keep(run.epoch, note)
         how = (
             f"{state or 'done'} in {outcome.seconds:.0f} s"
             if state
@@ -129,6 +146,12 @@ class Runs:
         )
         kind = "run-ended" if state else "error"
         self._teller.tell(WatchEvent(kind, (f"{run.epoch}: run ended: {how}",), facts))
+
+
+def _failed_by_storage(epoch: str, answer: dict[str, object]) -> bool:
+    """Whether a run ended by what can be otherwise next time: the drive, or a campaign file that is being edited."""
+    told = _told_of(epoch, answer)
+    return told is None or told.get("storage_fault") is True
 
 
 def _answer_of(outcome: ChildOutcome) -> dict[str, object]:
@@ -141,11 +164,13 @@ def _answer_of(outcome: ChildOutcome) -> dict[str, object]:
     return content if isinstance(content, dict) else {}
 
 
-def _state_of(epoch: str, answer: dict[str, object]) -> str | None:
+def _told_of(epoch: str, answer: dict[str, object]) -> dict[str, object] | None:
+    """What the answer says of an epoch; None where the run did not come to it."""
     epochs = answer.get("epochs")
-    states = (
-        [one.get("state") for one in epochs if isinstance(one, dict) and one.get("epoch") == epoch]
-        if isinstance(epochs, list)
-        else []
-    )
-    return str(states[0]) if states else None
+    told = epochs if isinstance(epochs, list) else []
+    return next((one for one in told if isinstance(one, dict) and one.get("epoch") == epoch), None)
+
+
+def _state_of(epoch: str, answer: dict[str, object]) -> str | None:
+    told = _told_of(epoch, answer)
+    return None if told is None else str(told.get("state"))

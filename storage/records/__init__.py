@@ -17,7 +17,7 @@ from storage.records.scheme_comparison import SchemeComparisonRow
 from storage.records.section import SectionFit, failed_section
 from storage.records.slice import SliceRow
 from storage.records.stage_run import StageRunRow
-from storage.records.station import StationRow
+from storage.records.station import REGISTERED, StationRow
 from storage.records.surface_map import SurfaceMapCell, SurfaceMapRow
 from storage.records.tilt import TiltRow
 from storage.records.trend import TrendRow
@@ -48,6 +48,7 @@ TABLES: dict[str, type] = {
 """Table name to record class; ``storage.tables`` says which are stored by epoch, by structure, by run or by event."""
 
 __all__ = [
+    "REGISTERED",
     "TABLES",
     "AccuracyRow",
     "AlarmEventRow",

@@ -1,9 +1,12 @@
 """How one scan was placed."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final
 
 from storage.records.column import Column
+
+REGISTERED: Final = "registered already"
+"""``start`` of a cloud that came registered: its scanners and where they stood are not known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +18,13 @@ class StationRow:
     station: Annotated[str, Column("id of the station")]
     scan_digest: Annotated[str | None, Column("SHA-256 of the scan file")]
     n_points: Annotated[int | None, Column("points read from the scan")]
-    position_east_m: Annotated[float | None, Column("adjusted east of the scanner in the site frame", "m")]
+    position_east_m: Annotated[
+        float | None,
+        Column(
+            "adjusted east of the scanner in the site frame; NULL, as in the next six, for a cloud that came registered",
+            "m",
+        ),
+    ]
     position_north_m: Annotated[float | None, Column("adjusted north of the scanner in the site frame", "m")]
     position_up_m: Annotated[float | None, Column("adjusted height of the scanner in the site frame", "m")]
     heading_deg: Annotated[float | None, Column("adjusted azimuth of the scanner's +y axis", "deg")]

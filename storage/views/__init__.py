@@ -1,6 +1,6 @@
 """What the catalog says, as typed rows: all that command line, reports and dashboards read."""
 
-from storage.catalog import one_catalog
+from storage.catalog_reading import one_catalog
 from storage.change import ChangeRow
 from storage.surface_change import SurfaceChangeRow
 from storage.version import VersionChangeRow, VersionRow, VersionTiltRow

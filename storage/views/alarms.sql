@@ -10,13 +10,13 @@ WITH told AS (
 first AS (
     SELECT *
     FROM told
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at, event) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event) = 1
 ),
 
 last AS (
     SELECT *
     FROM told
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at DESC, event DESC) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event DESC) = 1
 ),
 
 -- what the rule found last
@@ -24,7 +24,7 @@ found AS (
     SELECT *
     FROM told
     WHERE action IN ('raised', 'updated', 'eased')
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at DESC, event DESC) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event DESC) = 1
 ),
 
 -- the last word about it that is not the rule's
@@ -32,21 +32,21 @@ spoken AS (
     SELECT *
     FROM told
     WHERE action NOT IN ('raised', 'updated', 'eased')
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at DESC, event DESC) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event DESC) = 1
 ),
 
 person AS (
     SELECT *
     FROM told
     WHERE person IS NOT NULL
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at DESC, event DESC) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event DESC) = 1
 ),
 
 mute AS (
     SELECT *
     FROM told
     WHERE action IN ('muted', 'unmuted')
-    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY happened_at DESC, event DESC) = 1
+    QUALIFY row_number() OVER (PARTITION BY structure, alarm ORDER BY event DESC) = 1
 ),
 
 mark AS (

@@ -5,7 +5,7 @@ from typing import TypeVar
 
 import duckdb
 
-from storage.catalog import read_catalog
+from storage.catalog_reading import read_catalog
 from storage.change import ChangeRow
 from storage.errors import StorageError, UsageError
 from storage.locks import publish_lock
@@ -148,7 +148,7 @@ def alarm_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[
 
 def alarm_event_rows(ws: Workspace, structure: str) -> list[AlarmEventRow]:
     """What happened to the alarms of a structure, the earliest first."""
-    return _rows(ws, "alarm_events", AlarmEventRow, {"structure": structure}, "happened_at, event")
+    return _rows(ws, "alarm_events", AlarmEventRow, {"structure": structure}, "event")
 
 
 def axis_parameter_rows(ws: Workspace, structure: str, epoch: str | None = None) -> list[AxisParameterRow]:

@@ -83,7 +83,7 @@ def alarms_of(events: Sequence[AlarmEventRow]) -> list[Alarm]:
     """Sort the events of a structure, the earliest first, into its alarms; what has no ``raised`` is none."""
     told: dict[str, list[AlarmEventRow]] = {}
     sent: dict[str, list[AlarmEventRow]] = {}
-    for event in sorted(events, key=lambda event: (event.happened_at, event.event)):
+    for event in sorted(events, key=lambda event: event.event):
         into = sent if event.action in SENT else told
         into.setdefault(event.alarm, []).append(event)
     return [

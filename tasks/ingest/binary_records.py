@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from storage.errors import InputError
 
+LINE_ENDS: Final = frozenset({b"", b"\n", b"\r", b"\r\n"})
+"""What a transfer may put behind the last record."""
+
 PIECE_BYTES: Final = 16 << 20
 """Of records, held at a time."""
 
@@ -53,6 +56,11 @@ def check_room(path: Path, size_bytes: int, records: FixedRecords) -> None:
             f"{path}: needs the {records.n_records} points of {records.record_bytes} bytes that its header states, "
             f"came {found}; the file is cut short or damaged, copy or export it again"
         )
+
+
+def is_slack(rest: bytes) -> bool:
+    """Whether what is behind the last record is a line end, that a transfer may have put there."""
+    return rest in LINE_ENDS
 
 
 def read_records(path: Path, file: BinaryIO, records: FixedRecords) -> NDArray[np.float64]:

@@ -1,7 +1,8 @@
 """The scans that the description of an E57 file lists, checked against the size of the file."""
 
+import re
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO, Final
@@ -9,6 +10,7 @@ from typing import BinaryIO, Final
 import numpy as np
 
 from storage.errors import InputError
+from tasks.ingest.e57_packets import check_first_packet
 from tasks.ingest.e57_pages import (
     CONTENT_BYTES,
     PAGE_BYTES,
@@ -18,13 +20,14 @@ from tasks.ingest.e57_pages import (
     open_pages,
     read_content,
 )
-from tasks.ingest.e57_pose import StatedPose, number_in, read_pose
+from tasks.ingest.e57_pose import StatedPose, number_in, plain_number, read_pose
 from tasks.ingest.e57_xml import Element, parse_description
 from tasks.ingest.scan import Bounds, FilePose
 from tasks.ingest.soundness import LARGEST_NUMBER
 
 SECTION_HEADER: Final = struct.Struct("<B7xQQQ")
 POINTS_SECTION: Final = 1
+WHOLE_NUMBER: Final = re.compile(r"\s*[+-]?[0-9]{1,25}\s*", re.ASCII)
 INT64_LOW: Final = -(2**63)
 INT64_HIGH: Final = 2**63 - 1
 
@@ -105,7 +108,7 @@ def _scan(pages: E57Pages, number: int, scan: Element) -> E57Scan:
     prototype = points.child("prototype")
     fields = tuple(_fields(pages.path, place, prototype)) if prototype else ()
     if n_points:
-        _check_room(pages, place, points, n_points * sum(field.n_bits for field in fields))
+        _check_room(pages, place, points, n_points, fields)
     return E57Scan(number, label, n_points, read_pose(pages.path, place, scan), fields, _bounds(scan))
 
 
@@ -129,10 +132,7 @@ def _fields(path: Path, place: str, parent: Element) -> Iterator[E57Field]:
 def _integer_field(path: Path, place: str, element: Element, is_scaled: bool) -> E57Field:
     low = _integer(path, place, element, "minimum", INT64_LOW)
     high = _integer(path, place, element, "maximum", INT64_HIGH)
-    try:
-        step = abs(float(element.attributes.get("scale", 1.0))) if is_scaled else 1.0
-    except ValueError:
-        step = np.nan
+    step = abs(plain_number(element.attributes.get("scale", "1"))) if is_scaled else 1.0
     if not INT64_LOW <= low <= high <= INT64_HIGH or not 0.0 < step < LARGEST_NUMBER:
         raise _damaged(
             path, f"a range and a scale of {element.name[:40]}", f"{low} to {high} and {step}", place
@@ -141,30 +141,37 @@ def _integer_field(path: Path, place: str, element: Element, is_scaled: bool) ->
 
 
 def _integer(path: Path, place: str, element: Element, name: str, otherwise: int | None) -> int:
-    text = element.attributes.get(name, otherwise)
-    try:
-        return int(text if text is not None else "")
-    except ValueError:
-        raise _damaged(
-            path, f"a whole number {name} in {element.name[:40]}", repr(text)[:40], place
-        ) from None
+    text = element.attributes.get(name)
+    if text is None and otherwise is not None:
+        return otherwise
+    if text is None or not WHOLE_NUMBER.fullmatch(text):
+        raise _damaged(path, f"a whole number {name} in {element.name[:40]}", repr(text)[:40], place)
+    return int(text)
 
 
-def _check_room(pages: E57Pages, place: str, points: Element, n_bits: int) -> None:
+def _check_room(
+    pages: E57Pages, place: str, points: Element, n_points: int, fields: Sequence[E57Field]
+) -> None:
     """Compare the records that a scan claims with the section that should hold them."""
     at = _integer(pages.path, place, points, "fileOffset", None)
     check_place(pages, at, SECTION_HEADER.size, f"the section of {place}")
-    kind, section_bytes, data_at, _ = SECTION_HEADER.unpack(read_content(pages, at, SECTION_HEADER.size))
+    kind, section_bytes, data_at, index_at = SECTION_HEADER.unpack(
+        read_content(pages, at, SECTION_HEADER.size)
+    )
     if kind != POINTS_SECTION:
         raise _damaged(pages.path, "a section of points", f"one of kind {kind}", place)
     check_place(pages, at, section_bytes, f"the section of {place}")
     data_bytes = _logical(at) + section_bytes - _logical(data_at)
     if not SECTION_HEADER.size <= section_bytes - data_bytes <= section_bytes:
         raise _damaged(pages.path, "points inside their section", f"points from byte {data_at}", place)
+    if index_at >= pages.size_bytes:
+        raise _damaged(pages.path, "an index inside the file", f"one at byte {index_at}", place)
+    n_bits = n_points * sum(field.n_bits for field in fields)
     if 8 * data_bytes < n_bits:
         raise cut_short(
             pages.path, f"the {n_bits // 8} bytes of points that {place} states", f"room for {data_bytes}"
         )
+    check_first_packet(pages, place, data_at, len(fields), data_bytes)
 
 
 def _logical(at: int) -> int:

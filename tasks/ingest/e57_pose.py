@@ -14,6 +14,7 @@ from tasks.ingest.e57_xml import Element
 from tasks.ingest.file_pose import pose_of_quaternion
 from tasks.ingest.scan import FilePose
 from tasks.ingest.soundness import LARGEST_NUMBER
+from tasks.ingest.text_layout import is_number
 
 SIX_DIGITS: Final = 2e-6
 """What six digits behind the point leave open of the length of a quaternion, and a little more."""
@@ -67,12 +68,14 @@ def number_in(element: Element | None) -> float:
     """The number in an element, NaN where there is none; an empty element means 0 by the standard."""
     if element is None:
         return math.nan
-    try:
-        value = float(element.text or 0.0)
-        if element.attributes.get("type") != "ScaledInteger":
-            return value
-        scale = float(element.attributes.get("scale", 1.0))
-        offset = float(element.attributes.get("offset", 0.0))
-    except ValueError:
-        return math.nan
+    value = plain_number(element.text or "0")
+    if element.attributes.get("type") != "ScaledInteger":
+        return value
+    scale = plain_number(element.attributes.get("scale", "1"))
+    offset = plain_number(element.attributes.get("offset", "0"))
     return value * scale + offset
+
+
+def plain_number(text: str) -> float:
+    """The number that a text is in XML, NaN where it is none: no underscores, no digits of other scripts."""
+    return float(text) if text.isascii() and is_number(text) else math.nan

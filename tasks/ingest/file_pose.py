@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from storage.errors import InputError
 from tasks.geometry.rotations import nearest_rotation
 from tasks.ingest.scan import FilePose
+from tasks.ingest.soundness import LARGEST_NUMBER
 
 ROUNDING: Final = 2e-5
 """Of a rotation written with five decimals: ``R R^T`` is off by at most 2 * sqrt(3) * 5e-6; some 2" of direction."""
@@ -39,8 +40,10 @@ def pose_of_matrix(
     InputError
         If the matrix mirrors, scales or shears beyond rounding, or is not finite.
     """
-    if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
-        raise InputError(f"{path}: needs a finite pose, came NaN or infinity in {where}; export again")
+    if not (np.abs(np.vstack([rotation, translation])) < LARGEST_NUMBER).all():
+        raise InputError(
+            f"{path}: needs a finite pose, came NaN, infinity or a number beyond all coordinates in {where}; export again"
+        )
     gram = rotation @ rotation.T
     if np.linalg.det(rotation) < 0.0:
         fault = "a mirror (determinant below 0)"

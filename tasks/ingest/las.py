@@ -114,10 +114,12 @@ def _watch(checked: CheckedLas, grid: IntegerGrid, request: ScanRequest) -> _Las
 
 
 def _stated_box(header: LasHeader) -> Bounds | None:
-    if not (header.low <= header.high).all() or not np.isfinite(header.low + header.high).all():
-        return None
-    room = OUTSIDE_STEPS * header.scale
-    return Bounds(header.low - room, header.high + room)
+    # what a damaged header scales beyond float64 is refused when its points are looked at
+    with np.errstate(over="ignore", invalid="ignore"):
+        if not (header.low <= header.high).all() or not np.isfinite(header.low + header.high).all():
+            return None
+        room = OUTSIDE_STEPS * header.scale
+        return Bounds(header.low - room, header.high + room)
 
 
 def _triple(numbers: NDArray[np.float64]) -> tuple[float, float, float]:

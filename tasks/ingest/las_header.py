@@ -30,7 +30,10 @@ COMPRESSED_BIT: Final = 0x80
 
 @dataclass(frozen=True, slots=True)
 class LasHeader:
-    """The fields of a header that reading needs; offsets are bytes from the start of the file."""
+    """The fields of a header that reading needs; offsets are bytes from the start of the file.
+
+    ``n_by_return`` are the first, second, ... returns that it counts; those without a number are not among them.
+    """
 
     minor: int
     header_bytes: int
@@ -40,6 +43,7 @@ class LasHeader:
     is_compressed: bool
     record_bytes: int
     n_points: int
+    n_by_return: int
     scale: NDArray[np.float64]
     shift: NDArray[np.float64]
     low: NDArray[np.float64]
@@ -111,6 +115,9 @@ def _parse(path: Path, head: bytes, size_bytes: int) -> LasHeader:
         is_compressed=bool(format_byte & COMPRESSED_BIT),
         record_bytes=record_bytes,
         n_points=n_points_64,
+        n_by_return=sum(
+            struct.unpack_from("<15Q", head, 255) if minor >= 4 else struct.unpack_from("<5I", head, 111)
+        ),
         scale=numbers[:3],
         shift=numbers[3:6],
         low=numbers[7::2],

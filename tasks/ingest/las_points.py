@@ -17,15 +17,16 @@ from tasks.ingest.crs import StatedSystem, check_horizontal, stated_systems
 from tasks.ingest.las_header import LasHeader, read_las_header
 from tasks.ingest.las_records import read_las_records
 from tasks.ingest.las_units import check_units
-from tasks.ingest.laz_chunks import read_chunks
+from tasks.ingest.laz_chunks import packed_points, read_chunks
+from tasks.ingest.laz_decoder import COORDINATES, EXTRA, Packed, Wanted, decoded_records
 from tasks.ingest.scan import ScanRequest
 from tasks.ingest.third_party import decoding
 
 if TYPE_CHECKING:
-    from laspy import DecompressionSelection, LasReader, LazBackend
+    import laspy
 
-PIECE_BYTES: Final = 32 << 20
-"""Of decoded records, held at a time."""
+PIECE_BYTES: Final = 16 << 20
+"""Of decoded records, looked at at a time; of a LAZ file so many more are decoded meanwhile."""
 
 READ_BYTES: Final = 8 << 20
 """Of records that need no decoding, read at a time: they stay in the processor's cache."""
@@ -41,27 +42,26 @@ logging.getLogger("laspy").addHandler(logging.NullHandler())
 class CheckedLas:
     """What is known of a file whose header, records and chunks agree.
 
-    ``chunk_points`` is the size of its largest chunk, 0 where it is not compressed.
+    ``packed`` are its points where they are compressed, and ``chunk_points`` the size of its largest chunk, else 0.
     """
 
     header: LasHeader
+    packed: Packed | None
     chunk_points: int
     systems: tuple[StatedSystem, ...]
     notes: tuple[str, ...]
-
-    @property
-    def backend(self) -> "LazBackend":
-        """The decoder."""
-        from laspy import LazBackend  # noqa: PLC0415 (slow to import)
-
-        is_large = self.chunk_points * self.header.record_bytes > PARALLEL_CHUNK_BYTES
-        return LazBackend.Lazrs if is_large else LazBackend.LazrsParallel
 
     @property
     def piece_points(self) -> int:
         """Points to decode at a time: whole chunks, where these are small."""
         most = max(1, PIECE_BYTES // self.header.record_bytes)
         return most - most % self.chunk_points if 0 < self.chunk_points < most else most
+
+    def wanted(self, selection: int) -> Wanted:
+        """How to decode it."""
+        record_bytes = self.header.record_bytes
+        in_parallel = self.chunk_points * record_bytes <= PARALLEL_CHUNK_BYTES
+        return Wanted(self.header.n_points, record_bytes, self.piece_points, selection, in_parallel)
 
 
 def check_las(path: Path, request: ScanRequest) -> CheckedLas:
@@ -77,11 +77,21 @@ def check_las(path: Path, request: ScanRequest) -> CheckedLas:
         records = read_las_records(path, file, header)
         notes = check_units(path, records, request.unit)
         systems = stated_systems(records)
-        notes += check_horizontal(path, systems, request.horizontal)
-        largest = 0
-        if header.is_compressed:
-            largest = max(chunk.n_points for chunk in read_chunks(path, file, header, records))
-    return CheckedLas(header, largest, systems, notes)
+        notes += check_horizontal(path, systems, request.horizontal) + _note_returns(header)
+        if not header.is_compressed:
+            return CheckedLas(header, None, 0, systems, notes)
+        largest = max(chunk.n_points for chunk in read_chunks(path, file, header, records))
+    return CheckedLas(header, packed_points(path, header, records), largest, systems, notes)
+
+
+def _note_returns(header: LasHeader) -> tuple[str, ...]:
+    """Tell of a count that is too small; a LAS file has room to compare it with, one chunk of LAZ has not."""
+    if header.n_by_return <= header.n_points:
+        return ()
+    return (
+        f"its header counts {header.n_by_return} points by return and {header.n_points} in all: damaged, or stale "
+        "counts by return",
+    )
 
 
 def decoded_integers(path: Path, checked: CheckedLas) -> Iterator[NDArray[np.int32]]:
@@ -92,17 +102,10 @@ def decoded_integers(path: Path, checked: CheckedLas) -> Iterator[NDArray[np.int
     InputError
         If the points cannot be decoded, or are fewer than the header states.
     """
-    from laspy import DecompressionSelection  # noqa: PLC0415 (slow to import)
-
-    # the point formats before 6 cannot be decoded in part and ignore what is asked for
-    wanted = DecompressionSelection.base().decompress_z()
     integers = np.empty((0, 3), np.int32)
     with path.open("rb") as file:
-        reader = _reader(path, file, checked, wanted)
-        pieces = (
-            _decoded(path, reader, checked) if checked.header.is_compressed else _read(path, file, checked)
-        )
-        for records in pieces:
+        _laspy_header(path, file)
+        for records in _records(path, file, checked, COORDINATES):
             if len(records) > len(integers):
                 integers = returned_memory(12 * len(records)).view(np.dtype("<i4")).reshape(-1, 3)
             yield _coordinates(records, integers[: len(records)])
@@ -118,19 +121,20 @@ def decoded_extra(
     InputError
         If they are not there, cannot be decoded, or the points are fewer than the header states.
     """
-    from laspy import DecompressionSelection  # noqa: PLC0415 (slow to import)
+    from laspy.point.record import ScaleAwarePointRecord  # noqa: PLC0415 (slow to import)
 
     with path.open("rb") as file:
-        reader = _reader(path, file, checked, DecompressionSelection.base().decompress_all_extra_bytes())
-        names = list(reader.header.point_format.extra_dimension_names)
+        header = _laspy_header(path, file)
+        names = list(header.point_format.extra_dimension_names)
         columns = [names[index] for index in find(path, names)]
         values = np.empty((checked.header.n_points, 3))
-        for done in range(0, len(values), checked.piece_points):
-            piece = values[done : done + checked.piece_points]
+        done = 0
+        for records in _records(path, file, checked, EXTRA):
+            piece = values[done : done + len(records)]
+            done += len(records)
             with decoding(path):
-                points = reader.read_points(len(piece))
-            if len(points) < len(piece):
-                raise _too_few(path, len(values), done + len(points))
+                array = records.reshape(-1).view(header.point_format.dtype())
+                points = ScaleAwarePointRecord(array, header.point_format, header.scales, header.offsets)
             # what is beyond float64 is refused by those who check all formats
             with np.errstate(over="ignore", invalid="ignore"):
                 for index, name in enumerate(columns):
@@ -138,32 +142,21 @@ def decoded_extra(
     return values
 
 
-def _reader(
-    path: Path, file: BufferedReader, checked: CheckedLas, wanted: "DecompressionSelection"
-) -> "LasReader":
-    from laspy import LasReader  # noqa: PLC0415 (slow to import)
+def _laspy_header(path: Path, file: BufferedReader) -> "laspy.LasHeader":
+    """Header as laspy reads it, which also refuses what it does not know."""
+    from laspy import LasHeader as KnownHeader  # noqa: PLC0415 (slow to import)
 
     with decoding(path):
-        return LasReader(
-            file,
-            closefd=False,
-            laz_backend=checked.backend,
-            read_evlrs=False,
-            decompression_selection=wanted,
-        )
+        return KnownHeader.read_from(file, read_evlrs=False)
 
 
-def _decoded(path: Path, reader: "LasReader", checked: CheckedLas) -> Iterator[NDArray[np.uint8]]:
-    """Records (m, bytes of a record) of a compressed file; each piece is overwritten by the next."""
-    n_points, record_bytes = checked.header.n_points, checked.header.record_bytes
-    with decoding(path):
-        decoder = reader.point_source.decompressor
-    buffer = returned_memory(min(checked.piece_points, n_points) * record_bytes).reshape(-1, record_bytes)
-    for done in range(0, n_points, len(buffer)):
-        piece = buffer[: n_points - done]
-        with decoding(path):
-            decoder.decompress_many(piece.reshape(-1))
-        yield piece
+def _records(
+    path: Path, file: BufferedReader, checked: CheckedLas, selection: int
+) -> Iterator[NDArray[np.uint8]]:
+    """Records (m, bytes of a record); each piece is overwritten by the next."""
+    if checked.packed is None:
+        return _read(path, file, checked)
+    return decoded_records(checked.packed, checked.wanted(selection))
 
 
 def _read(path: Path, file: BufferedReader, checked: CheckedLas) -> Iterator[NDArray[np.uint8]]:

@@ -11,12 +11,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import BinaryIO, Final
 
-import lazrs
-
 from storage.errors import InputError
 from tasks.ingest.las_header import LasHeader
 from tasks.ingest.las_records import LasRecord
-from tasks.ingest.third_party import decoding
+from tasks.ingest.laz_decoder import Packed, chunk_table
 
 LASZIP_OWNER: Final = b"laszip encoded"
 LASZIP_NUMBER: Final = 22204
@@ -51,6 +49,17 @@ class Chunk:
     n_points: int
 
 
+def packed_points(path: Path, header: LasHeader, records: Sequence[LasRecord]) -> Packed:
+    """Where the compressed points of a LAZ file are, and how they are packed.
+
+    Raises
+    ------
+    InputError
+        If they are not packed as this program knows it.
+    """
+    return Packed(path, header.points_at, _compression(path, header, records).record)
+
+
 def read_chunks(
     path: Path, file: BinaryIO, header: LasHeader, records: Sequence[LasRecord]
 ) -> tuple[Chunk, ...]:
@@ -63,9 +72,7 @@ def read_chunks(
     """
     compression = _compression(path, header, records)
     table_at, n_chunks = _table(path, file, header)
-    file.seek(header.points_at)
-    with decoding(path):
-        entries = lazrs.read_chunk_table(file, lazrs.LazVlr(compression.record))
+    entries = chunk_table(Packed(path, header.points_at, compression.record), n_chunks)
     chunks: list[Chunk] = []
     at = header.points_at + 8
     for n_points, n_bytes in entries:

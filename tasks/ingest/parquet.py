@@ -44,9 +44,9 @@ def read_parquet(path: Path, request: ScanRequest) -> RawScan:
     """All records of a Parquet file, as many as its footer states."""
     with path.open("rb") as file:
         checked = _check(path, file, request)
-        values = np.empty((checked.header.n_records, 3))
-        with decoding(path):
-            _fill(path, file, checked, values)
+    values = np.empty((checked.header.n_records, 3))
+    with decoding(path):
+        _fill(path, checked, values)
     if request.coordinates == "polar":
         return RawScan(values)
     return RawScan(values, _step(checked.columns, values))
@@ -67,11 +67,11 @@ def _check(path: Path, file: BinaryIO, request: ScanRequest) -> _Checked:
     return _Checked(header, columns)
 
 
-def _fill(path: Path, file: BinaryIO, checked: _Checked, values: NDArray[np.float64]) -> None:
+def _fill(path: Path, checked: _Checked, values: NDArray[np.float64]) -> None:
     """Decode all records into values (n, 3), piece by piece."""
     names = [column.name for column in checked.columns]
     done = n_incomplete = 0
-    for piece in read_point_pieces(file, names):
+    for piece in read_point_pieces(path, names):
         room = values[done : done + len(piece.values)]
         room[:] = piece.values[: len(room)]
         done, n_incomplete = done + len(piece.values), n_incomplete + piece.n_incomplete

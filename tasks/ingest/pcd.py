@@ -16,6 +16,7 @@ from storage.errors import InputError
 from tasks.ingest.binary_records import (
     FixedRecords,
     check_room,
+    is_slack,
     read_records,
     size_of,
     storage_step,
@@ -103,7 +104,8 @@ def _read_binary(path: Path, file: BinaryIO, header: PcdHeader, columns: tuple[i
     records = _fixed(header, columns)
     values = read_records(path, file, records)
     n_over = size_of(file) - records.end
-    if n_over > SLACK_BYTES:
+    file.seek(records.end)
+    if n_over > SLACK_BYTES or not is_slack(file.read(SLACK_BYTES)):
         raise InputError(
             f"{path}: needs no more than the {header.n_points} points that its header states, came {n_over} bytes "
             "behind them; the count is wrong, export again"

@@ -12,6 +12,7 @@ from storage.errors import InputError
 from tasks.ingest.binary_records import (
     FixedRecords,
     check_room,
+    is_slack,
     read_records,
     size_of,
     storage_step,
@@ -84,7 +85,7 @@ def _read_binary(path: Path, file: BinaryIO, header: PlyHeader, columns: tuple[i
         values, at = read_records(path, file, records), records.end
     for element in header.elements[header.vertex + 1 :]:
         at = locate_records(path, content, at, element, ()).end
-    if len(content) - at > SLACK_BYTES:
+    if len(content) - at > SLACK_BYTES or not is_slack(content[at:].tobytes()):
         raise InputError(
             f"{path}: needs no more than its header states, came {len(content) - at} bytes behind the last record; "
             "the count is wrong, export again"

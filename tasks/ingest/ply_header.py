@@ -36,6 +36,10 @@ MOST_LINES: Final = 10_000
 """Of a header; what has more is no PLY."""
 
 
+LARGEST_BYTES: Final = 4 << 20
+"""Of a header, comments among them."""
+
+
 @dataclass(frozen=True, slots=True)
 class PlyProperty:
     """A number of each record, or a list of numbers if ``length_type`` is not None; types with their byte order."""
@@ -89,7 +93,7 @@ def read_ply_header(path: Path, file: BinaryIO) -> PlyHeader:
         )
     lines: list[str] = []
     while (line := next_line(path, file)) != "end_header":
-        if line is None or len(lines) == MOST_LINES:
+        if line is None or len(lines) == MOST_LINES or file.tell() > LARGEST_BYTES:
             raise InputError(
                 f"{path}: needs a header that ends with 'end_header', came none; the file is cut short"
             )

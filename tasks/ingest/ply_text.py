@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from storage.errors import InputError
 from tasks.ingest.ply_header import PlyElement, PlyHeader
 from tasks.ingest.scan import RawScan
+from tasks.ingest.text_layout import is_number
 from tasks.ingest.text_rows import (
     CountedRows,
+    count_in,
     end_notes,
     read_rows,
     refuse_rest,
@@ -64,7 +66,7 @@ def _rows_with_lists(
             fields = text.split()
             try:
                 numbers = _first_numbers(vertex, fields)
-                points.append([float(numbers[column]) for column in rows.columns])
+                points.append([_number(numbers[column]) for column in rows.columns])
             except (ValueError, IndexError) as error:
                 raise InputError(
                     f"{path}: needs the numbers and lists that {STATED_BY} states, came "
@@ -76,12 +78,23 @@ def _rows_with_lists(
     return np.array(points)
 
 
+def _number(field: str) -> float:
+    if not is_number(field):
+        raise ValueError(field)
+    return float(field)
+
+
 def _first_numbers(vertex: PlyElement, fields: list[str]) -> list[str]:
     """Field of each property of a row; of a list its length."""
     first, place = [], 0
     for known in vertex.properties:
         first.append(fields[place])
-        place += 1 if known.length_type is None else 1 + int(fields[place])
+        if known.length_type is not None:
+            length = count_in(fields[place])
+            if length is None:
+                raise ValueError(fields[place])
+            place += length
+        place += 1
     if place != len(fields):
         raise ValueError(place)
     return first

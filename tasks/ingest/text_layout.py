@@ -16,6 +16,9 @@ SEPARATORS: Final = (";", "\t", ",", None)
 """Tried in this order; None is any white space."""
 
 CONTROL: Final = frozenset(range(32)) - frozenset(b"\t\n\r\f\v")
+LONGEST_NUMBER: Final = 18
+"""Digits of the number of a point; more are none."""
+
 FEWEST_COUNTED: Final = 3
 """So many lines whose first column counts 1, 2, 3 make it a column of numbers of points."""
 
@@ -163,7 +166,7 @@ def _columns_without_names(
     rows = [split_row(row, separator) for row in preamble.rows if row.strip()]
     counted = (
         [str(index) for index in range(int(rows[0][0]), int(rows[0][0]) + len(rows))]
-        if rows[0][0].isdecimal()
+        if rows[0][0].isdecimal() and len(rows[0][0]) <= LONGEST_NUMBER
         else []
     )
     if len(rows) >= FEWEST_COUNTED and len(rows[0]) > 3 and [row[0] for row in rows] == counted:

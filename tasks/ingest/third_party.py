@@ -4,12 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from storage.decoders.process import DecoderFault, DecoderLost
 from storage.errors import InputError
 
 
 @contextmanager
 def decoding(path: Path) -> Iterator[None]:
-    """Turn whatever a decoder raises on damaged input into InputError.
+    """Turn whatever a decoder does on damaged input, here or in a process of its own, into InputError.
 
     A panic of a decoder written in Rust derives from BaseException, so that is what must be caught.
     """
@@ -17,8 +18,20 @@ def decoding(path: Path) -> Iterator[None]:
         yield
     except (InputError, MemoryError, KeyboardInterrupt, SystemExit, GeneratorExit):
         raise
-    except BaseException as error:
+    except DecoderLost as lost:
+        # its cause is the system, which a stage does not remember
         raise InputError(
-            f"{path}: needs points that can be decoded, came {type(error).__name__} ({error}); "
-            "the file is cut short or damaged, copy or export it again"
-        ) from error
+            f"{path}: needs points that can be decoded, came {lost}; "
+            "free memory, look whether its disk answers, and run again"
+        ) from lost
+    except DecoderFault as fault:
+        raise _damaged(path, str(fault)) from fault
+    except BaseException as error:
+        raise _damaged(path, f"{type(error).__name__} ({error})") from error
+
+
+def _damaged(path: Path, came: str) -> InputError:
+    return InputError(
+        f"{path}: needs points that can be decoded, came {came}; "
+        "the file is cut short or damaged, copy or export it again"
+    )

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import ShapeError
+from storage.records import REGISTERED
 from tasks.conventions import PARAMETERS_PER_STATION as SIX
 from tasks.geometry.failure import FitFailure
 from tasks.registration.adjustment import Adjusted, Network
@@ -121,7 +122,7 @@ def registered_cloud(station: str, sigmas: InstrumentSigmas) -> Registration:
         weakest_direction=None,
         state="ok",
         reason=None,
-        start="registered already",
+        start=REGISTERED,
         correction_m=None,
         normalised=(None,) * SIX,
     )

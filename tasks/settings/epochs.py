@@ -4,12 +4,12 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, AwareDatetime, BeforeValidator, Field, model_validator
 
-from tasks.settings.section import SafeId, Section, Triple, problem
+from tasks.settings.section import CONTROL, Line, SafeId, Section, Triple, problem
 
 FIRST_YEAR, LAST_YEAR = 1960, 2200
 
 LeanComponent = Annotated[float, Field(ge=-1.0, le=1.0)]
-ScanPath = Annotated[str, Field(min_length=1, max_length=1000)]
+ScanPath = Annotated[Line, Field(min_length=1, max_length=1000)]
 
 
 def _plausible(time: AwareDatetime) -> AwareDatetime:
@@ -24,6 +24,8 @@ def _number_or_name(part: object) -> object:
     is_number = isinstance(part, int) and not isinstance(part, bool) and part >= 1
     if part is not None and not is_number and not (isinstance(part, str) and part.strip()):
         raise problem(f"needs the number of a scan, from 1, or its name, got {part!r}", 'write 2, or "NAME"')
+    if isinstance(part, str) and CONTROL.search(part):
+        raise problem(f"needs one line of plain text, got {part[:60]!r}", "name the scan by its number")
     return part
 
 
@@ -85,7 +87,7 @@ class Station(SetUp):
 class Reference(Section):
     """A lean that was measured by other means."""
 
-    source: str = Field(min_length=1, max_length=100, description="how it was measured; unique in its epoch")
+    source: Line = Field(min_length=1, max_length=100, description="how it was measured; unique in its epoch")
     lean_east: LeanComponent = Field(description="east over up of the axis [1]")
     lean_north: LeanComponent = Field(description="north over up of the axis [1]")
     sigma: float = Field(gt=0.0, le=1.0, description="standard deviation of each component [1]")

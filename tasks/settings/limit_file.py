@@ -11,7 +11,7 @@ from pydantic import Field, ValidationError, model_validator
 from tasks.limits import TABLES
 from tasks.settings.limit_points import LARGEST_M, Kind, LimitPoints
 from tasks.settings.problems import Problem, problems_of
-from tasks.settings.section import HIGHEST_M, SafeId, Section, problem
+from tasks.settings.section import CONTROL, HIGHEST_M, SafeId, Section, problem
 from tasks.settings.toml_file import LIMIT_FILE, input_error, read_toml
 
 MOST_SHARE = 0.5
@@ -125,7 +125,8 @@ def stated_file(raw: Mapping[str, object]) -> str | None:
     """The file of limits that a campaign names, before the campaign is checked."""
     limits = raw.get("limits")
     file = limits.get("file") if isinstance(limits, Mapping) else None
-    return file if isinstance(file, str) and file.strip() else None
+    is_name = isinstance(file, str) and file.strip() and not CONTROL.search(file)
+    return file if is_name else None
 
 
 def _problems_between(limits: Sequence[StatedLimit]) -> Iterator[Problem]:

@@ -6,7 +6,7 @@ from pydantic import Field
 
 from tasks.limits import TABLES
 from tasks.settings.limit_points import Kind, LimitPoints
-from tasks.settings.section import Section
+from tasks.settings.section import Line, Section
 
 
 class Limits(Section):
@@ -23,7 +23,7 @@ class Limits(Section):
         " they win over table [m]",
     )
     kind: Kind | None = Field(default=None, description="what verticality_m was written for")
-    file: str | None = Field(
+    file: Line | None = Field(
         default=None,
         min_length=1,
         max_length=1000,

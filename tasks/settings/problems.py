@@ -13,6 +13,9 @@ from pydantic_core import ErrorDetails
 
 from tasks.settings.section import PROBLEM
 
+MOST_PROBLEMS: Final = 100
+"""Told of one file; who mends these sees the others."""
+
 Location = tuple[str | int, ...]
 
 PLAIN: Final = {
@@ -54,9 +57,11 @@ def problems_of(
     error: ValidationError, raw: Mapping[str, object], root: type[BaseModel]
 ) -> Iterator[Problem]:
     """List what pydantic found, in the words of the campaign file."""
-    for details in error.errors(include_url=False):
+    for details in error.errors(include_url=False)[:MOST_PROBLEMS]:
         location = _within(raw, _without_kind(details["loc"], root))
         yield _problem(details, location, raw, root)
+    if error.error_count() > MOST_PROBLEMS:
+        yield Problem("", f"has {error.error_count() - MOST_PROBLEMS} more problems")
 
 
 def place(raw: object, location: Location) -> str:

@@ -4,13 +4,13 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from tasks.settings.section import Section, Triple, problem
+from tasks.settings.section import Line, Section, Triple, problem
 
 
 class StableRegion(Section):
     """A box of surroundings that do not move between epochs."""
 
-    name: str = Field(min_length=1, max_length=100, description="what stands in the box; for messages")
+    name: Line = Field(min_length=1, max_length=100, description="what stands in the box; for messages")
     low_m: Triple = Field(
         description="its least coordinates, in the order of frame.axes, before origin_m [m]",
     )

@@ -1,5 +1,6 @@
 """What every table of the campaign file has in common: strict types, no unknown keys, safe names."""
 
+import re
 from typing import Annotated, Final
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -13,6 +14,9 @@ ID_PATTERN: Final = r"^[A-Za-z0-9][A-Za-z0-9._-]{0,63}$"
 
 PROBLEM: Final = "tiltwatch"
 """Type of the validation errors whose message is ours; ``hint`` stands in their context."""
+
+CONTROL: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+"""Control characters, ends of lines, and what turns the direction of writing around."""
 
 HIGHEST_M: Final = 1500.0
 """No structure is taller: the tallest tower planned so far has 1000 m. Above it, the unit is wrong."""
@@ -37,6 +41,17 @@ def _portable(name: str) -> str:
     except InputError as error:
         raise problem(f"{name!r} cannot name a folder on every system", "choose another") from error
 
+
+def _of_one_line(text: str) -> str:
+    if CONTROL.search(text):
+        raise problem(
+            f"needs one line of plain text, got {text[:60]!r}", "write it without control characters"
+        )
+    return text
+
+
+Line = Annotated[str, AfterValidator(_of_one_line)]
+"""A text that stands within a line of messages, tables and file names."""
 
 SafeId = Annotated[str, Field(pattern=ID_PATTERN), AfterValidator(_portable)]
 """An id that can name a folder on every system."""

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, ValidationError
 from tasks.settings.epochs import EpochTime, ScanPath, SetUp
 from tasks.settings.problems import Problem, nearest, problems_of
 from tasks.settings.section import SafeId, problem
-from tasks.settings.toml_file import input_error, read_toml
+from tasks.settings.toml_file import SIDECAR, input_error, read_toml
 
 SUFFIX: Final = ".toml"
 
@@ -61,7 +61,7 @@ def load_sidecar(path: Path, scan: str) -> Sidecar:
     InputError
         One line for every problem, each ``FILE: where: what; hint``.
     """
-    raw = read_toml(path)
+    raw = read_toml(path, SIDECAR)
     try:
         sidecar = Sidecar.model_validate({"id": Path(scan).stem, **raw})
     except ValidationError as error:

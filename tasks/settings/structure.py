@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from tasks.settings.section import HIGHEST_M, Pair, SafeId, Section, problem
+from tasks.settings.section import HIGHEST_M, Line, Pair, SafeId, Section, problem
 
 Kind = Literal["chimney", "tower", "silo", "tank", "mast", "column", "stem", "square-tower"]
 """What a structure can be."""
@@ -41,7 +41,7 @@ class Structure(Section):
     """The structure that is watched, and what is roughly known of it before any scan."""
 
     id: SafeId = Field(description="name of the structure in files and tables")
-    name: str | None = Field(
+    name: Line | None = Field(
         default=None, max_length=200, description="name for people; the id where it is missing"
     )
     kind: Kind = Field(description="what the structure is; decides the shape of its section")

@@ -6,11 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from tasks.trend.gls import state_covariance
+from tasks.trend.gls import LONG_EPOCHS, state_covariance
+from tasks.trend.long_series import chain_model, chain_sigma
 from tasks.trend.onsets import Kind, Onsets, change_column, change_columns, onsets_between
 from tasks.trend.outlook import Outlook, PlaneVector, mean_of
 from tasks.trend.series import LeanSeries
-from tasks.trend.walk import Rotated, WalkModel, build_model, estimate, rotate, walk_sigma
+from tasks.trend.walk import Rotated, WalkModel, WalkSigma, build_model, estimate, rotate, walk_sigma
 
 PARTS: Final = 8
 """Parts of an interval between two epochs, to date an onset."""
@@ -46,7 +47,7 @@ class _Nodes:
 
 
 def date_change(
-    series: LeanSeries, columns: NDArray[np.float64], walks: bool, kind: Kind, near: float
+    series: LeanSeries, columns: NDArray[np.float64], model: WalkModel, kind: Kind, near: float
 ) -> DatedChange:
     """Date a change of a kind and tell the rates on either side.
 
@@ -59,20 +60,26 @@ def date_change(
         Movements over the epochs.
     columns : (n, p) array
         What else moves the structure: level, rate, ...
-    walks : bool
-        Whether there is a random walk.
+    model : WalkModel
+        That of the series and these columns, with or without a random walk.
     kind : "step" or "rate"
         What changed.
     near : float
         The best onset of a scan, years.
     """
     onsets = onsets_between(series, kind, PARTS)
-    model = build_model(series, columns, walks)
-    beside = build_model(series, np.column_stack([columns, change_column(series, kind, near)]), walks)
-    sigmas = walk_sigma(beside, rotate(beside, series.movements.reshape(-1)).left).nodes[::2]
+    beside = np.column_stack([columns, change_column(series, kind, near)])
+    sigmas = _walk_sigma(series, beside, model.random_walk).nodes[::2]
     nodes = _likely(_joined(model, series, onsets, sigmas))
     weights = np.exp(nodes.logs)
     return _dated(nodes, weights / weights.sum(), onsets, series.common)
+
+
+def _walk_sigma(series: LeanSeries, columns: NDArray[np.float64], random_walk: bool) -> WalkSigma:
+    if random_walk and series.n_epochs > LONG_EPOCHS:
+        return chain_sigma(chain_model(series, columns))
+    model = build_model(series, columns, random_walk)
+    return walk_sigma(model, rotate(model, series.movements.reshape(-1)).left)
 
 
 def _likely(nodes: _Nodes) -> _Nodes:

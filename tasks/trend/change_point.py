@@ -80,7 +80,7 @@ def find_change(
     onsets = [thinned(onsets_between(series, kind, 1), SCANNED) for kind in kinds]
     model = build_model(series, columns, chosen.random_walk)
     best = scan_onsets(model, series, onsets, rng)
-    dated = date_change(series, columns, chosen.random_walk, best.kind, best.time)
+    dated = date_change(series, columns, model, best.kind, best.time)
     first = int(np.searchsorted(series.times, dated.time))
     return ChangePoint(best.kind, first, best.p_value, dated)
 

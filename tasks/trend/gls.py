@@ -1,18 +1,18 @@
 """The trend of a structure: generalised least squares of both components with a random walk of unknown size."""
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tasks.geometry.failure import FitFailure
+from tasks.trend.long_series import at_sigma, chain_model, chain_sigma
 from tasks.trend.outlook import Outlook, PlaneVector, mean_of
 from tasks.trend.series import LeanSeries
 from tasks.trend.terms import Terms, choose_terms, design_columns
 from tasks.trend.walk import (
     Estimate,
-    Rotated,
-    WalkModel,
     WalkSigma,
     build_model,
     estimate,
@@ -20,6 +20,9 @@ from tasks.trend.walk import (
     rotate,
     walk_sigma,
 )
+
+LONG_EPOCHS: Final = 200
+"""Above, a series is taken for a chain, which gives the same and costs less; below, the figures stay to the last bit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,18 +97,41 @@ def fit_trend(
         columns = np.column_stack([columns, extra])
     if columns.shape[1] >= series.n_times:
         return FitFailure(f"no rate: {columns.shape[1]} unknowns of {series.n_times} epochs")
-    model = build_model(series, columns, chosen.random_walk)
-    rotated = rotate(model, series.movements.reshape(-1))
-    sigma = walk_sigma(model, rotated.left)
-    fits = [estimate(model, rotated, node) for node in sigma.nodes]
+    long = chosen.random_walk and series.n_epochs > LONG_EPOCHS
+    found = _chained(series, columns) if long else _taken_apart(series, columns, chosen.random_walk)
+    fits, sigma = found.fits, found.sigma
     return Trend(
         terms=chosen,
         outlook=_outlook(fits, sigma, series.span, series.common),
         random_walk=sigma.reml,
         season=_season(fits, sigma) if chosen.season else None,
         temperature=_temperature(fits, sigma, chosen) if chosen.temperature else None,
-        misfit_p=_misfit_p(model, rotated, sigma),
+        misfit_p=_misfit_p(2 * series.n_epochs - 2 * columns.shape[1], found.misfit),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Fits:
+    """Estimates at the nodes of a sigma of the walk, and the weighted square sum of residuals under its REML."""
+
+    fits: list[Estimate]
+    sigma: WalkSigma
+    misfit: float
+
+
+def _taken_apart(series: LeanSeries, columns: NDArray[np.float64], random_walk: bool) -> _Fits:
+    model = build_model(series, columns, random_walk)
+    rotated = rotate(model, series.movements.reshape(-1))
+    sigma = walk_sigma(model, rotated.left)
+    fits = [estimate(model, rotated, node) for node in sigma.nodes]
+    return _Fits(fits, sigma, misfit(model, rotated.left, 0.0 if sigma.reml is None else sigma.reml))
+
+
+def _chained(series: LeanSeries, columns: NDArray[np.float64]) -> _Fits:
+    model = chain_model(series, columns)
+    sigma = chain_sigma(model)
+    fits = [at_sigma(model, float(node)).estimate for node in sigma.nodes]
+    return _Fits(fits, sigma, at_sigma(model, sigma.reml or 0.0).misfit)
 
 
 def gls_at(series: LeanSeries, columns: NDArray[np.float64], sigma: float) -> Estimate:
@@ -147,12 +173,11 @@ def _outlook(fits: list[Estimate], sigma: WalkSigma, span: float, common: NDArra
     )
 
 
-def _misfit_p(model: WalkModel, rotated: Rotated, sigma: WalkSigma) -> float:
+def _misfit_p(freedom: int, square_sum: float) -> float:
     """Tail probability of the weighted square sum of residuals under the REML sigma."""
     from scipy import special  # noqa: PLC0415 (slow to import)
 
-    walk = 0.0 if sigma.reml is None else sigma.reml
-    return float(special.chdtrc(len(rotated.left), misfit(model, rotated.left, walk)))
+    return float(special.chdtrc(freedom, square_sum))
 
 
 def _temperature(fits: list[Estimate], sigma: WalkSigma, terms: Terms) -> Size:

@@ -5,6 +5,7 @@ unknowns leave over. Then estimate, covariance and likelihood for any sigma of t
 average over the sigma that is not known, and thousands of simulated series all use it.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +19,9 @@ COARSE_NODES: Final = 192
 FINE_NODES: Final = 24
 DROP: Final = 10.0
 """Log-likelihood below its maximum from which on a sigma does not count: exp(-10)."""
+
+Likelihood = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Restricted log-likelihood (g,) of sigmas (g,), up to a constant."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,14 +156,20 @@ def walk_sigma(model: WalkModel, left: NDArray[np.float64]) -> WalkSigma:
     """
     if not model.random_walk:
         return WalkSigma(np.zeros(1), np.ones(1), None)
-    coarse = _coarse_nodes(model.spectrum, left)
-    heights = log_likelihood(model.spectrum, left, coarse)
+    return sigma_density(
+        lambda sigmas: log_likelihood(model.spectrum, left, sigmas), _coarse_nodes(model.spectrum, left)
+    )
+
+
+def sigma_density(likelihood: Likelihood, coarse: NDArray[np.float64]) -> WalkSigma:
+    """REML of a sigma and its likelihood as a density, from coarse nodes that hold all that counts."""
+    heights = likelihood(coarse)
     best = int(np.argmax(heights))
-    reml = _reml(model.spectrum, left, coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)])
+    reml = _reml(likelihood, coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)])
     counts = np.flatnonzero(heights > heights[best] - DROP)
     low, high = coarse[max(counts[0] - 1, 0)], coarse[min(counts[-1] + 1, len(coarse) - 1)]
     nodes = low + (high - low) * (np.arange(FINE_NODES) + 0.5) / FINE_NODES
-    fine = log_likelihood(model.spectrum, left, nodes)
+    fine = likelihood(nodes)
     weights = np.exp(fine - fine.max())
     return WalkSigma(nodes, weights / weights.sum(), reml)
 
@@ -180,12 +190,12 @@ def _coarse_nodes(spectrum: NDArray[np.float64], left: NDArray[np.float64]) -> N
     return np.concatenate([[0.0], np.geomspace(low, high, COARSE_NODES)])
 
 
-def _reml(spectrum: NDArray[np.float64], left: NDArray[np.float64], low: float, high: float) -> float:
+def _reml(likelihood: Likelihood, low: float, high: float) -> float:
     """Maximum between two nodes beside the largest; 0 where nothing asks for a walk."""
     from scipy import optimize  # noqa: PLC0415 (slow to import)
 
     def height(sigma: float) -> float:
-        return -float(log_likelihood(spectrum, left, np.array([sigma]))[0])
+        return -float(likelihood(np.array([sigma]))[0])
 
     found = optimize.minimize_scalar(
         height, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * high}

@@ -4,14 +4,13 @@ import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import pytest
-from filelock import FileLock
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from tests.browser.demo_site import DemoSite, make_demo_site
 from tests.browser.served import Served, serve_dashboard
+from tests.made_once import made_once
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [
@@ -82,16 +81,7 @@ def browser_page(chromium: Browser) -> Iterator[Watched]:
 def demo_site(tmp_path_factory: pytest.TempPathFactory, prefect_api: str) -> DemoSite:
     """Three structures and twelve epochs; run once, whichever of the workers comes first."""
     assert prefect_api
-    base = Path(tmp_path_factory.getbasetemp())
-    # of several workers the folder above is that of the whole run
-    root = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "demo-site"
-    with FileLock(f"{root}.lock"):
-        done = root / "done"
-        if not done.exists():
-            shutil.rmtree(root, ignore_errors=True)
-            make_demo_site(root)
-            done.touch()
-    return DemoSite(root)
+    return DemoSite(made_once(tmp_path_factory, "demo-site", make_demo_site))
 
 
 @pytest.fixture(scope="session")

@@ -90,6 +90,15 @@ def test_choices_go_into_the_address_and_links_keep_them(browser_page: Watched, 
     expect(page.locator("h1")).to_have_text(pages()["overview"].title)
 
 
+def test_another_scheme_shows_a_slice_of_its_own(browser_page: Watched, dashboard: Served) -> None:
+    page = browser_page.page
+    open_page(page, dashboard, f"/slice?structure={CHIMNEY}&scheme=A&method=robust&slice=70")
+    page.locator("#choose-result").click()
+    page.get_by_role("option", name="B/robust", exact=True).click()
+    page.wait_for_url(lambda url: "scheme=B" in url and "slice=" not in url)
+    expect(page.locator("#page")).to_have_attribute("data-page", "slice")
+
+
 def test_keys_turn_pages_and_epochs(browser_page: Watched, dashboard: Served) -> None:
     page = browser_page.page
     open_page(page, dashboard, f"/overview?structure={CHIMNEY}&epoch=2025-07")
@@ -101,6 +110,7 @@ def test_keys_turn_pages_and_epochs(browser_page: Watched, dashboard: Served) ->
     expect(page.locator("h1")).to_have_text(pages()["profile"].title)
 
 
+@pytest.mark.slow
 def test_every_table_can_be_had_as_csv(browser_page: Watched, dashboard: Served) -> None:
     page = browser_page.page
     for name in pages():

@@ -20,7 +20,13 @@ PLACES = {
 }
 
 
-@pytest.mark.parametrize("place", PLACES)
+QUICK = ("newest",)
+"""Places at which every run of the tests looks; the slow ones look at all."""
+
+
+@pytest.mark.parametrize(
+    "place", [place if place in QUICK else pytest.param(place, marks=pytest.mark.slow) for place in PLACES]
+)
 @pytest.mark.parametrize("name", list(pages()))
 def test_every_page_loads_without_an_error_and_asks_nobody_else(
     browser_page: Watched, dashboard: Served, name: str, place: str
@@ -30,7 +36,13 @@ def test_every_page_loads_without_an_error_and_asks_nobody_else(
     expect(browser_page.page.locator("h1")).to_have_text(pages()[name].title)
 
 
-@pytest.mark.parametrize("name", list(pages()))
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in ("overview", "axis", "quality") else pytest.param(name, marks=pytest.mark.slow)
+        for name in pages()
+    ],
+)
 def test_on_a_telephone_nothing_stands_beside_the_screen(
     browser_page: Watched, dashboard: Served, name: str
 ) -> None:

@@ -71,6 +71,7 @@ def test_a_click_on_the_surface_opens_the_slice_nearest_in_height(
     expect(page.locator("#panel-place h2")).to_contain_text(re.compile(r"Slice [01] "))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", [400, 1400])
 @pytest.mark.parametrize("path", ["slice", "slice?slice=3", "surface", "cloud"])
 def test_pages_of_points_load_cleanly_and_fit_the_screen(

@@ -73,6 +73,7 @@ def test_a_cloud_in_north_east_up_far_from_the_origin_leans_as_in_the_local_fram
     assert_same(lean_of(local), lean_of(grid), ROUNDING)
 
 
+@pytest.mark.slow
 def test_polar_stations_lean_as_the_cartesian_ones(sound: Site, tmp_path: Path) -> None:
     site = Site(tmp_path)
     stations = stations_of(sound.text(), FIRST)[:3]

@@ -90,6 +90,7 @@ def test_an_epoch_that_hangs_in_native_code_ends_at_its_limit_and_the_others_go_
     assert_first_fell_and_second_went_on(unpublished, told, "stopped at its time limit of 60 s")
 
 
+@pytest.mark.slow
 def test_a_run_that_was_killed_is_settled_by_the_next_one(unpublished: Site, spoil) -> None:  # type: ignore[no-untyped-def]
     spoil(HANG, epoch=SECOND, programs=["flows.cli"])
     place = Workspace(unpublished.workspace)

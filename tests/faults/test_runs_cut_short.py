@@ -125,6 +125,7 @@ def test_the_run_after_a_fault_of_the_program_finishes(
     assert unpublished.states() == {FIRST: "ok", SECOND: "ok"}
 
 
+@pytest.mark.slow
 def test_a_drive_that_was_away_for_a_moment_is_not_remembered(
     unpublished: Site, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -39,8 +39,10 @@ def computed_stages(outcome: RunOutcome) -> set[str]:
 
 
 def stage_rows(outcome: RunOutcome) -> list[StageRunRow]:
-    """What the ledger says of a run."""
+    """What the ledger says of a run; nothing of one that asked for no stage."""
     path = table_path(Workspace(outcome.workspace), "runs", STRUCTURE, outcome.run)
+    if not path.exists():
+        return []
     return list(read_rows(path, "runs", StageRunRow))
 
 

@@ -227,7 +227,7 @@ def test_what_is_put_down_as_assessed_cannot_be_swept_away_meanwhile(
             pool.submit(write, path, content).result()
         write_atomically(path, content)
 
-    monkeypatch.setattr("storage.assessed.write_atomically", write_and_see)
+    monkeypatch.setattr("storage.assessed.write_our_own", write_and_see)
     put_down_assessed(stored.workspace, STRUCTURE, "basis")
     assert held == []
 

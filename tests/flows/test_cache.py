@@ -173,6 +173,7 @@ def run_with(checkout: Path, folder: Path) -> int:
     return int(done.stdout.split()[-1])
 
 
+@pytest.mark.slow
 def test_a_changed_helper_below_a_stage_recomputes_it_and_a_changed_comment_does_not(
     copied: Path, checkout: Path
 ) -> None:

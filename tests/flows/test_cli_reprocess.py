@@ -80,6 +80,7 @@ def test_the_answer_for_programs_has_every_change(capsys: pytest.CaptureFixture[
     assert all(row["d_top_m"] > 0.0 for row in answer["changes"] if row["outcome"] == "changed")
 
 
+@pytest.mark.slow
 def test_the_same_name_goes_on_after_an_interruption(
     capsys: pytest.CaptureFixture[str], copied: Path
 ) -> None:

@@ -40,6 +40,8 @@ WAIT_S = 90.0
 
 KEEP_S = 2.0
 
+HALF_WRITTEN = "server.0123456789abcdef"
+
 
 def _wait_for(condition: Callable[[], bool]) -> None:
     deadline = time.monotonic() + WAIT_S
@@ -69,12 +71,13 @@ def _record(folder: Path, mark: str = "mark", port: int = 9) -> ServerRecord:
 
 @pytest.fixture(scope="module")
 def lease(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Lease]:
-    """A server in a folder in which a killed one left its record."""
+    """A server in a folder in which killed ones left a record, and one half written."""
     folder = tmp_path_factory.mktemp("home")
     with socket.socket() as free:
         free.bind((LOOPBACK, 0))
         stale = _record(folder, port=free.getsockname()[1])
     record_file(folder).write_text(json.dumps(asdict(stale)))
+    (folder / HALF_WRITTEN).write_text("{")
     search = ServerSearch(folder, 0.0)
     assert not search.is_up
     held = search.wait()
@@ -90,6 +93,12 @@ def test_a_later_run_finds_the_server(lease: Lease) -> None:
     again = search.wait()
     again.connection.close()
     assert again.record == lease.record
+
+
+def test_what_a_server_left_that_was_killed_while_it_wrote_its_record_is_swept_away(lease: Lease) -> None:
+    folder = Path(lease.record.folder)
+    assert not (folder / HALF_WRITTEN).exists()
+    assert {path.name for path in folder.glob("server.*")} >= {"server.json"}
 
 
 def test_nothing_listens_beyond_loopback(lease: Lease) -> None:

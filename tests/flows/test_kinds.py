@@ -96,6 +96,7 @@ one_in = 1000
 """
 
 
+@pytest.mark.slow
 @needs_shared
 @pytest.mark.parametrize(
     ("kind", "scan", "shape", "tilt_deg", "within_deg"),

@@ -8,6 +8,7 @@ from prefect import flow
 
 from flows.stage_records import StageRecords, keep_records
 from storage.workspace import open_workspace
+from tasks.produced import Cost, Produced, record_result
 
 ROUNDS = 150
 
@@ -15,7 +16,8 @@ ROUNDS = 150
 def test_a_reader_never_meets_half_of_a_record(tmp_path: Path) -> None:
     workspace = open_workspace(tmp_path)
     records = StageRecords(place=workspace.place)
-    content = json.dumps({"facts": ["a long list"] * 20_000}).encode()
+    produced = Produced(Cost(0.1, 10, None), facts={"notes": ["a long list"] * 20_000})
+    content = json.dumps({"metadata": {}, "result": json.dumps(produced.to_json())}).encode()
     records.write_path("ingest-1", content)
 
     def write(_round: int) -> bool:
@@ -23,7 +25,7 @@ def test_a_reader_never_meets_half_of_a_record(tmp_path: Path) -> None:
         return True
 
     def read(_round: int) -> bool:
-        return records.read_path("ingest-1") == content
+        return record_result(records.read_path("ingest-1")) == produced
 
     with ThreadPoolExecutor(4) as pool:
         done = [pool.submit(work, number) for number in range(ROUNDS) for work in (write, read)]

@@ -183,6 +183,7 @@ def test_a_row_of_a_station_says_how_its_stated_pose_fits(told: Called, site: Si
     assert site.stations(ONE_BAD)["ST02"].start is None
 
 
+@pytest.mark.slow
 def test_a_second_run_computes_nothing(told: Called, site: Site) -> None:
     again = site.run("--scheme", "A", "--json")
     assert again.answer["stages"]["computed"] == 0

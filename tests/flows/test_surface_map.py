@@ -46,6 +46,7 @@ def test_of_a_shaft_that_only_leans_more_few_pieces_changed(outcome: RunOutcome)
     assert sum(bool(row.significant) for row in told) < 0.15 * len(told)
 
 
+@pytest.mark.slow
 def test_a_run_of_other_schemes_keeps_the_map(campaign: Path, outcome: RunOutcome) -> None:
     before = maps(outcome)
     again = run(campaign, campaign.parent / "ws", schemes=["B"])
@@ -53,6 +54,7 @@ def test_a_run_of_other_schemes_keeps_the_map(campaign: Path, outcome: RunOutcom
     assert maps(again) == before
 
 
+@pytest.mark.slow
 def test_a_design_is_mapped_without_measuring_anew(campaign: Path, outcome: RunOutcome) -> None:
     radii = "design_radius_m = [[0.0, 4.6], [110.0, 2.6]]\n"
     replace_text(campaign, "[frame]", radii + "[frame]", 1)

@@ -83,6 +83,7 @@ def test_best_stem_leans_as_its_own_fit_says(tmp_path: Path) -> None:
         assert turn_deg(row.azimuth_deg, azimuth_deg) < 8.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stem", OTHERS, ids=[f"{stem[0]:g}-{stem[1]:g}" for stem in OTHERS])
 def test_other_stems_run_and_lean_about_as_their_fits_say(
     tmp_path_factory: pytest.TempPathFactory, stem: tuple[float, float, float, float]

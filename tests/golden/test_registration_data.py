@@ -81,6 +81,7 @@ def test_webots_as_it_lies_settles_wrongly_and_says_so() -> None:
     assert any("another placement" in reason for reason in found.reasons)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("webots1", "webots2"), ("webots2", "webots1")])
 def test_webots_without_a_start_is_not_believed_either(names: tuple[str, str]) -> None:
     found = register_pair(*(cloud(f"webots/{name}.xyz") for name in names))

@@ -67,6 +67,7 @@ def test_set_up_of_a_checkout_installs_the_same_system_libraries() -> None:
     assert set(listed.split()) == installed_by_apt()
 
 
+@pytest.mark.slow
 def test_program_runs_with_nothing_but_what_is_copied(tmp_path: Path) -> None:
     for words in words_of("COPY"):
         *sources, target = words.split()

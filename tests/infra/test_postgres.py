@@ -27,6 +27,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Production]:
         yield found
 
 
+@pytest.mark.slow
 def test_server_on_postgresql_lets_nobody_in_without_the_secret(site: Production) -> None:
     version = f"{site.api}/admin/version"
     assert [status_of(version, secret) for secret in (None, "admin:wrong", SECRET)] == [401, 401, 200]
@@ -35,6 +36,7 @@ def test_server_on_postgresql_lets_nobody_in_without_the_secret(site: Production
     assert "wants a secret: set PREFECT_API_AUTH_STRING" in told.err
 
 
+@pytest.mark.slow
 def test_a_campaign_is_deployed_to_it_with_its_schedule(site: Production) -> None:
     site.deploy(site.folder / "first")
     deployment = site.deployment()

@@ -15,6 +15,7 @@ from storage.ids import check_id
 from storage.locks import delivery_lock
 from storage.records import AlarmEventRow, AlarmRow
 from storage.workspace import Workspace, open_workspace
+from tasks.alarms.history import alarms_of
 from tests.storage.campaign import STRUCTURE, alarm_event_row, epoch_time
 
 
@@ -35,9 +36,9 @@ def view_of(ws: Workspace, *events: AlarmEventRow) -> AlarmRow:
     return alarm
 
 
-def test_ids_sort_by_time_and_are_safe_file_names(ws: Workspace) -> None:
+def test_ids_sort_as_they_were_appended_and_are_safe_file_names(ws: Workspace) -> None:
     rows = append_alarm_events(ws, [event("raised", 5), event("updated", 5), event("raised", 3)])
-    assert sorted(row.event for row in rows) == [rows[2].event, rows[0].event, rows[1].event]
+    assert sorted(row.event for row in rows) == [row.event for row in rows]
     assert [check_id(row.event, "an event") for row in rows]
     assert [row.event for row in views.rows_of(ws, AlarmEventRow)] == sorted(row.event for row in rows)
 
@@ -109,3 +110,16 @@ def test_one_process_delivers_at_a_time(ws: Workspace) -> None:
         thread.start()
         thread.join(timeout=60.0)
     assert "the delivery of alarms of chimney-01" in refused[0]
+
+
+def test_events_keep_their_order_and_their_times_when_the_clock_is_set_back(ws: Workspace) -> None:
+    raised = event("raised", 540)
+    seen = event("acknowledged", 120)
+    first, second = append_alarm_events(ws, [raised])[0], append_alarm_events(ws, [seen])[0]
+    assert second.event > first.event
+    assert (first.happened_at, second.happened_at) == (raised.happened_at, seen.happened_at)
+    rebuild_catalog(ws)
+    (alarm,) = views.alarm_rows(ws, STRUCTURE)
+    assert (alarm.state, alarm.raised_at) == ("acknowledged", raised.happened_at)
+    assert [row.action for row in views.alarm_event_rows(ws, STRUCTURE)] == ["raised", "acknowledged"]
+    assert alarms_of([second, first])[0].events == (first, second)

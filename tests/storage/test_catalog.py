@@ -8,7 +8,8 @@ from pathlib import Path
 import duckdb
 import pytest
 
-from storage.catalog import read_catalog, rebuild_catalog
+from storage.catalog import files_left_out, rebuild_catalog
+from storage.catalog_reading import read_catalog
 from storage.errors import StorageError
 from storage.publish import publish_epoch, remove_epoch
 from storage.records import TABLES, columns_of
@@ -187,14 +188,27 @@ def test_a_publication_cut_short_is_finished_before_the_catalog_is_built(ws: Wor
     ]
 
 
-def test_a_damaged_table_is_told_and_the_old_catalog_stays(ws: Workspace) -> None:
+def test_an_epoch_with_a_damaged_table_is_shown_as_the_old_catalog_knew_it_and_others_go_on(
+    ws: Workspace,
+) -> None:
     fill(ws)
     rebuild_catalog(ws)
-    next(ws.tables.glob("tilt/*/e1.parquet")).write_bytes(b"PAR1")
-    with pytest.raises(StorageError, match=r"e1\.parquet is damaged"):
-        rebuild_catalog(ws)
-    assert count(ws, "tilt") == 2
+    (damaged,) = ws.tables.glob("tilt/*/e1.parquet")
+    damaged.write_bytes(b"PAR1")
+    publish_epoch(ws, STRUCTURE, "e2", epoch_tables("e2", 2))
+    assert rebuild_catalog(ws)
+    assert count(ws, "tilt") == 3
+    (why,) = files_left_out(ws).values()
+    assert why is not None and "e1.parquet is damaged" in why
     assert list(ws.tmp.iterdir()) == []
+
+
+def test_an_epoch_with_a_damaged_table_that_no_catalog_knows_is_left_out_whole(ws: Workspace) -> None:
+    fill(ws)
+    next(ws.tables.glob("tilt/*/e1.parquet")).write_bytes(b"PAR1")
+    rebuild_catalog(ws)
+    assert [count(ws, table) for table in ("tilt", "epochs", "pairs")] == [1, 1, 1]
+    assert len(files_left_out(ws)) == len(EPOCH_TABLES)
 
 
 def test_a_copy_elsewhere_under_another_name_still_answers(ws: Workspace, tmp_path: Path) -> None:

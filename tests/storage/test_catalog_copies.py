@@ -9,7 +9,8 @@ import duckdb
 import pytest
 
 from storage import catalog
-from storage.catalog import read_catalog, rebuild_catalog
+from storage.catalog import rebuild_catalog
+from storage.catalog_reading import read_catalog
 from storage.publish import publish_epoch, remove_epoch
 from storage.records import ControlChartRow
 from storage.series import publish_series

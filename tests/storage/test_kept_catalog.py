@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from storage.catalog import one_catalog, read_catalog, rebuild_catalog
+from storage.catalog import rebuild_catalog
+from storage.catalog_reading import one_catalog, read_catalog
 from storage.publish import publish_epoch
 from storage.views import catalog_stamp, epoch_rows, follow_catalog, leave_catalog, tilt_rows
 from storage.workspace import Workspace
@@ -46,6 +47,7 @@ def test_who_reads_while_it_is_replaced_reads_on(followed: Workspace) -> None:
         assert before.execute("SELECT count(*) FROM main.epochs").fetchone() == (2,)
 
 
+@pytest.mark.slow
 def test_readers_in_threads_never_fail_while_it_is_replaced(followed: Workspace) -> None:
     over, wrong = threading.Event(), list[BaseException]()
 

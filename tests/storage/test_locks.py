@@ -8,7 +8,7 @@ import threading
 import pytest
 
 from storage.errors import StorageError
-from storage.locks import epoch_lock, publish_lock
+from storage.locks import epoch_lock, publish_lock, waiting_teller
 from storage.workspace import Workspace
 
 HOLD = """
@@ -41,6 +41,33 @@ def test_another_process_is_told_who_holds_the_lock_and_gets_it_when_that_dies(w
         holder.communicate("die\n")
     with publish_lock(ws, timeout_s=5.0):
         assert str(os.getpid()) in (ws.locks / "publish.holder.json").read_text()
+
+
+def test_who_waits_for_long_is_told_for_whom_and_gets_the_lock(
+    ws: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("storage.locks.TELL_AFTER_S", 0.1)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(ws.root)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    told: list[str] = []
+
+    def end_the_holder(line: str) -> None:
+        told.append(line)
+        holder.communicate("die\n")
+
+    token = waiting_teller.set(end_the_holder)
+    try:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "held\n"
+        with publish_lock(ws):
+            assert len(told) == 1
+            assert (
+                f"waiting for the publish lock of {ws.root}, last taken by process {holder.pid} on" in told[0]
+            )
+    finally:
+        waiting_teller.reset(token)
+        holder.communicate()
 
 
 def test_the_same_thread_may_take_the_lock_again_inside(ws: Workspace) -> None:

@@ -27,6 +27,8 @@ def older(ws: Workspace) -> Workspace:
     fill(ws, 2)
     for table in NEWER:
         shutil.rmtree(ws.tables / table)
+    shutil.rmtree(ws.seals)
+    shutil.rmtree(ws.second)
     return ws
 
 

@@ -11,9 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from storage.errors import StorageError
+from storage.identity import SCHEMA_VERSION
 from storage.parquet import encode_rows, encode_table, read_rows, schema_of, stored_row_count, table_from_rows
 from storage.records import TABLES, SectionFit, TiltRow, columns_of
-from storage.workspace import SCHEMA_VERSION
 from tests.storage.campaign import epoch_row, tilt_row
 from tests.storage.samples import bare_row, full_row
 
@@ -135,7 +135,7 @@ def test_a_file_of_a_newer_version_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "rows.parquet"
     content = table_from_rows("tilt", TiltRow, [tilt_row("e0")])
     path.write_bytes(encode_table(content.replace_schema_metadata({"table": "tilt", "schema_version": "99"})))
-    with pytest.raises(StorageError, match="schema version 99; this tiltwatch reads up to 1"):
+    with pytest.raises(StorageError, match="schema version 99; this tiltwatch reads up to 2"):
         read_rows(path, "tilt", TiltRow)
 
 

@@ -1,5 +1,7 @@
 """An epoch is published whole or not at all, wherever the machine stops."""
 
+import hashlib
+import json
 import os
 import subprocess
 import sys
@@ -15,10 +17,10 @@ from storage.records import TABLES, ChangeTestRow, SliceRow, TiltRow
 from storage.tables import EPOCH_TABLES, EpochKey, epochs_on_disk, files_of, table_path
 from storage.views import rows_of
 from storage.workspace import Workspace
-from tests.storage.campaign import STRUCTURE, epoch_tables, tilt_row
+from tests.storage.campaign import STRUCTURE, epoch_tables, fill, tilt_row
 
 OLD, NEW = (0.007, -0.0057), (0.008, -0.0057)
-N_STEPS = 2 * len(EPOCH_TABLES) + 2
+N_STEPS = 2 * (len(EPOCH_TABLES) + 1) + 2
 
 CRASH = """
 import os, sys
@@ -92,7 +94,7 @@ def test_after_a_crash_at_any_step_the_epoch_is_old_or_new_and_whole(
     with pytest.raises(Crash):
         publish_epoch(ws, STRUCTURE, "e0", new_tables(), after_step=crash_after(count))
     recover(ws)
-    journal_written = count > len(EPOCH_TABLES)
+    journal_written = count > len(EPOCH_TABLES) + 1  # behind the temps of the tables and of the seal
     assert stored(ws) == (utc(new_tables()) if journal_written else old)
     assert not ws.journal.exists()
     assert stale_temps(ws) == []
@@ -149,7 +151,7 @@ def test_temps_damaged_before_the_first_rename_leave_the_old_epoch(ws: Workspace
     publish_old(ws)
     old = stored(ws)
     with pytest.raises(Crash):
-        publish_epoch(ws, STRUCTURE, "e0", new_tables(), after_step=crash_after(len(EPOCH_TABLES) + 1))
+        publish_epoch(ws, STRUCTURE, "e0", new_tables(), after_step=crash_after(len(EPOCH_TABLES) + 2))
     next(ws.tables.glob("tilt/*/*.tmp")).write_bytes(b"damaged")
     assert recover(ws).outcome == "dropped"
     assert stored(ws) == old
@@ -158,7 +160,7 @@ def test_temps_damaged_before_the_first_rename_leave_the_old_epoch(ws: Workspace
 def test_temps_damaged_after_the_first_rename_never_show_a_mixed_epoch(ws: Workspace) -> None:
     publish_old(ws)
     with pytest.raises(Crash):
-        publish_epoch(ws, STRUCTURE, "e0", new_tables(), after_step=crash_after(len(EPOCH_TABLES) + 2))
+        publish_epoch(ws, STRUCTURE, "e0", new_tables(), after_step=crash_after(len(EPOCH_TABLES) + 3))
     next(ws.tables.glob("tilt/*/*.tmp")).write_bytes(b"damaged")
     assert recover(ws).outcome == "set aside"
     assert epochs_on_disk(ws) == []
@@ -259,3 +261,37 @@ def test_dot_files_of_a_crash_are_not_seen_as_tables(ws: Workspace) -> None:
     publish_old(ws)
     (Path(table_path(ws, "tilt", STRUCTURE, "e9")).with_suffix(".parquet.1.tmp")).write_bytes(b"half")
     assert len(files_of(ws, "tilt")) == 1
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        "{folder}/x.tmp",
+        "../x.tmp",
+        "tables/../../x.tmp",
+        "tables/x.tmp",
+        "runs/a/x.tmp",
+        "tables/a\\b/x.tmp",
+        "tables/a/C:x.tmp",
+    ],
+)
+@pytest.mark.parametrize("what", ["removal", "target", "temp"])
+def test_a_journal_that_leads_out_of_the_tables_is_refused_and_touches_nothing(
+    ws: Workspace, tmp_path: Path, what: str, place: str
+) -> None:
+    """A workspace may come from others: its journal must not rename or remove what is not a publication's."""
+    fill(ws, 1)
+    victim = tmp_path / "x.tmp"
+    victim.write_bytes(b"precious")
+    place = place.format(folder=tmp_path)
+    sha256 = hashlib.sha256(b"precious").hexdigest()
+    rename = {"temp": "tables/tilt/a/x.tmp", "target": "tables/tilt/a/x.parquet", "sha256": sha256}
+    renames = [] if what == "removal" else [{**rename, what: place}]
+    removals = [place] if what == "removal" else []
+    told = {"structure": STRUCTURE, "epoch": "e0", "renames": renames, "removals": removals}
+    ws.journal.write_text(json.dumps(told))
+    before = {path: path.read_bytes() for path in ws.tables.rglob("*.parquet")}
+    with pytest.raises(StorageError, match=r"publish-journal\.json is damaged"):
+        recover(ws)
+    assert victim.read_bytes() == b"precious"
+    assert {path: path.read_bytes() for path in ws.tables.rglob("*.parquet")} == before

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from storage.artifacts import artifact_path, put_array
+from storage.assessed import put_down_assessed
 from storage.catalog import rebuild_catalog
 from storage.publish import publish_epoch
-from storage.tables import EPOCH_TABLES, table_path
+from storage.series import publish_series
+from storage.tables import EPOCH_TABLES, SERIES, SERIES_TABLES, table_path
 from storage.verify import Fault, VerifyReport, verify_workspace, verify_workspace_deeply
 from storage.workspace import Workspace, open_workspace
 from tests.storage.campaign import STRUCTURE, epoch_tables, fill
@@ -75,6 +77,32 @@ def test_a_damaged_table_is_found(filled: Workspace) -> None:
     assert "run the epoch again" in faults[0].what_to_do
 
 
+@pytest.mark.parametrize("table", SERIES_TABLES)
+def test_series_that_are_not_what_was_assessed_are_found(filled: Workspace, table: str) -> None:
+    publish_series(filled, STRUCTURE, {name: [] for name in SERIES_TABLES})
+    put_down_assessed(filled, STRUCTURE, "basis")
+    rebuild_catalog(filled)
+    whole = verify_workspace(filled)
+    assert (whole.faults, [note for note in whole.notes if "series" in note.what]) == ((), [])
+    path = table_path(filled, table, STRUCTURE, SERIES)
+    stat, content = path.stat(), bytearray(path.read_bytes())
+    content[-12] ^= 1  # in the last words of the file, which no checksum of a page covers
+    path.write_bytes(content)
+    os.utime(path, ns=(stat.st_atime_ns, stat.st_mtime_ns))
+    assert "is not what was made of the epochs" in {fault.what for fault in verify_workspace(filled).faults}
+    path.unlink()
+    assert "is gone" in {fault.what for fault in verify_workspace(filled).faults}
+
+
+def test_series_that_changed_without_a_new_mark_are_noted_and_no_fault(filled: Workspace) -> None:
+    put_down_assessed(filled, STRUCTURE, "basis")
+    publish_series(filled, STRUCTURE, {name: [] for name in SERIES_TABLES})  # as if the run was killed here
+    rebuild_catalog(filled)
+    report = verify_workspace(filled)
+    assert report.faults == ()
+    assert [note.where for note in report.notes if "its series" in note.what] == [STRUCTURE]
+
+
 def test_an_epoch_with_a_table_missing_is_found(filled: Workspace) -> None:
     table_path(filled, "axis_parameters", STRUCTURE, "e1").unlink()
     faults = verify_workspace(filled).faults
@@ -91,8 +119,8 @@ def test_rows_under_a_wrong_name_are_found(filled: Workspace) -> None:
 def test_missing_settings_are_found(filled: Workspace) -> None:
     next((filled.runs / "settings").iterdir()).unlink()
     faults = verify_workspace(filled).faults
-    assert len(faults) == 2
-    assert all("no settings with digest" in fault.what for fault in faults)
+    assert ["no settings with digest" in fault.what for fault in faults] == [True, True, False]
+    assert faults[2].what == "is gone"
 
 
 def test_a_catalog_behind_the_tables_is_found(filled: Workspace) -> None:
@@ -117,6 +145,6 @@ def test_a_publication_cut_short_is_found_with_its_temps(filled: Workspace) -> N
         publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2), after_step=stop)
     faults = verify_workspace(filled).faults
     assert faults[0].where == "publish-journal.json"
-    assert len(faults) == 1 + len(EPOCH_TABLES)
+    assert len(faults) == 1 + len(EPOCH_TABLES) + 1, "the journal, the temps of the tables and of the seal"
     rebuild_catalog(filled)
     assert verify_workspace(filled).faults == ()

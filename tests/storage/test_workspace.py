@@ -6,13 +6,17 @@ from pathlib import Path
 import pytest
 
 from storage.errors import InputError, StorageError
+from storage.identity import SCHEMA_VERSION
 from storage.ids import check_id
 from storage.workspace import Workspace, existing_workspace, open_workspace
 
 
 def test_a_new_workspace_says_version_and_maker(tmp_path: Path) -> None:
     ws = open_workspace(tmp_path / "a" / "ws", made_by="tiltwatch 0.1.0")
-    assert json.loads(ws.identity.read_bytes()) == {"schema_version": 1, "made_by": "tiltwatch 0.1.0"}
+    assert json.loads(ws.identity.read_bytes()) == {
+        "schema_version": SCHEMA_VERSION,
+        "made_by": "tiltwatch 0.1.0",
+    }
     assert all(
         place.is_dir()
         for place in (ws.artifacts, ws.records, ws.tables, ws.runs, ws.prefect, ws.locks, ws.tmp)
@@ -32,8 +36,8 @@ def test_an_absent_workspace_is_answered_with_what_to_do(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("opening", [open_workspace, existing_workspace])
 def test_a_workspace_of_a_newer_version_is_refused(tmp_path: Path, opening: object) -> None:
-    (tmp_path / "workspace.json").write_text('{"schema_version": 2}')
-    with pytest.raises(StorageError, match="has schema version 2; this tiltwatch reads up to 1"):
+    (tmp_path / "workspace.json").write_text('{"schema_version": 3}')
+    with pytest.raises(StorageError, match="has schema version 3; this tiltwatch reads up to 2"):
         opening(tmp_path)  # type: ignore[operator]
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from storage.sealed import unsealed
 from tasks.change_rows import change_test_rows_of
 from tasks.code_memory import remembered, remembered_versions
 from tasks.code_version import code_version
@@ -60,7 +61,7 @@ def test_what_is_remembered_is_the_version(tmp_path: Path) -> None:
     with remembered_versions(tmp_path / "versions.json", LIBRARIES):
         assert code_version(change_test_rows_of) == plain
     code_version.cache_clear()
-    content = json.loads((tmp_path / "versions.json").read_text())
+    content = json.loads(unsealed((tmp_path / "versions.json").read_bytes()) or b"")
     assert content["versions"] == {"tasks.change_rows.change_test_rows_of": plain}
     with remembered_versions(tmp_path / "versions.json", LIBRARIES):
         assert code_version(change_test_rows_of) == plain

@@ -18,7 +18,17 @@ CHI2_999: Final = 13.8
 POINTS: Final = {"mast": 30_000}
 """Points of a station: a thin mast leaves few of 12,000, and the site around it too few to tie some stations."""
 
-every_kind = pytest.mark.parametrize("kind", sorted(set(CASES) - {"chimney"}), scope="module")
+QUICK = ("silo", "square-tower", "stem")
+"""Kinds at which every run of the tests looks; the slow ones look at all."""
+
+every_kind = pytest.mark.parametrize(
+    "kind",
+    [
+        kind if kind in QUICK else pytest.param(kind, marks=pytest.mark.slow)
+        for kind in sorted(set(CASES) - {"chimney"})
+    ],
+    scope="module",
+)
 """Chimneys have the tests of the demo."""
 
 

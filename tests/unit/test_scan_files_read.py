@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from flows import scan_steps
-from storage.errors import InputError
+from storage.errors import InputError, StorageError
 from storage.verified import stamp_of
 from tasks.ingest import describe_scan
 
@@ -16,6 +16,25 @@ from tasks.ingest import describe_scan
 @dataclass
 class Ledger:
     digests: dict[Any, str] = field(default_factory=dict)
+    passing: set[str] = field(default_factory=set)
+
+
+@dataclass
+class Calls:
+    ledger: Ledger = field(default_factory=Ledger)
+
+
+@dataclass
+class Epoch:
+    id: str = "e1"
+
+
+@dataclass
+class Work:
+    """What hashing asks of an epoch's work: the run's ledger and which epoch it is."""
+
+    calls: Calls = field(default_factory=Calls)
+    epoch: Epoch = field(default_factory=Epoch)
 
 
 @dataclass(frozen=True)
@@ -23,8 +42,8 @@ class Plan:
     path: Path
 
 
-def digests(*paths: Path) -> list[tuple[str, str | None]]:
-    return list(scan_steps._digests_of(Ledger(), [Plan(path) for path in paths]))  # type: ignore[arg-type]
+def digests(*paths: Path, work: Work | None = None) -> list[tuple[str, str | None]]:
+    return list(scan_steps._digests_of(work or Work(), [Plan(path) for path in paths]))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -83,3 +102,17 @@ def test_who_is_interrupted_does_not_wait_for_files_in_the_queue(
         found.throw(KeyboardInterrupt())  # type: ignore[attr-defined]
     assert hashed == ["0"]
     go_on.set()
+
+
+def test_a_drive_that_fails_while_hashing_is_told_as_passing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(path: Path) -> str:
+        raise StorageError(f"{path}: cannot be read (Input/output error)")
+
+    monkeypatch.setattr(scan_steps, "file_sha256", fail)
+    (tmp_path / "a.laz").write_bytes(b"points")
+    work = Work()
+    ((digest, reason),) = digests(tmp_path / "a.laz", work=work)
+    assert (digest, work.calls.ledger.passing) == ("", {"e1"})
+    assert "Input/output error" in str(reason)

@@ -6,19 +6,25 @@ from dashboard.report.charts import coverage, stations
 from dashboard.report.facts import Facts
 from dashboard.report.parts import phrases
 from dashboard.report.words import Words
-from storage.records import StationRow
+from storage.records import REGISTERED, StationRow
 
 
 def section(facts: Facts, words: Words, charts: dict[str, str]) -> Section:
     """Write the chapter."""
     blocks: list[Block] = [
-        Text(words("method.text", way=phrases.way(*facts.primary), about=_about(facts, words))),
+        Text(_text(facts, words)),
         Beside((_instrument(facts, words), _work(facts, words)), (0.5, 0.5)),
         Beside((_map(facts, words, charts), _table(facts, words)), (0.44, 0.56)),
         _references(facts, words),
         _coverage(facts, words, charts),
     ]
     return Section(words("method.title"), tuple(blocks))
+
+
+def _text(facts: Facts, words: Words) -> str:
+    came_registered = bool(facts.stations) and all(row.start == REGISTERED for row in facts.stations)
+    key = "method.text_registered" if came_registered else "method.text"
+    return words(key, way=phrases.way(*facts.primary), about=_about(facts, words))
 
 
 def _about(facts: Facts, words: Words) -> str:

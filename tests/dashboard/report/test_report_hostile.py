@@ -6,6 +6,8 @@ from html import unescape
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from dashboard.report.legible import label, legible
 from dashboard.report.page import html_of
 from dashboard.report.paper import pdf_of
@@ -61,6 +63,7 @@ def test_what_cannot_be_printed_is_spelt_out() -> None:
     assert label("x" * 30) == "x" * 17 + "…"
 
 
+@pytest.mark.slow
 def test_signs_without_a_glyph_do_not_stop_the_pdf(tmp_path: Path) -> None:
     ws = open_workspace(tmp_path / "ws")
     publish(ws, 2, limited)

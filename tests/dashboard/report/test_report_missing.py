@@ -1,7 +1,8 @@
 """What is not there is shown as missing, with the reason, and never as 0."""
 
+import json
 import re
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,9 @@ import pytest
 
 from dashboard.report.blocks import Block, Chart, Document, Missing
 from dashboard.report.page import html_of
+from dashboard.report.words import words_of
 from storage.errors import StorageError
+from storage.records import REGISTERED
 from storage.workspace import Workspace, open_workspace
 from tests.dashboard.report.reported import document, facts_of, limited, publish, text_of
 
@@ -156,3 +159,22 @@ def test_where_the_control_gave_no_axis_table_3_says_so(ws: Workspace) -> None:
 
     publish(ws, 2, bare)
     assert missing(document(ws))["Table 3: relative errors"] == "the control gave no axis in this epoch"
+
+
+@pytest.mark.parametrize("language", ["en", "zh"])
+def test_a_cloud_that_came_registered_is_not_called_scanned_from_stations(
+    ws: Workspace, language: str
+) -> None:
+    def registered(tables: Tables) -> None:
+        limited(tables)
+        (row, *_others) = tables["stations"]
+        nowhere = {"position_east_m": None, "position_north_m": None, "position_up_m": None}
+        tables["stations"] = [replace(row, station="registered", start=REGISTERED, **nowhere)]
+
+    publish(ws, 2, registered)
+    words = words_of(language)
+    made = document(ws, lang=language)
+    said = json.dumps(asdict(made), default=str, ensure_ascii=False)
+    assert words.said["method.text"][:20] not in said
+    assert words.said["method.text_registered"][:20] in said
+    assert "stations" not in made.charts

@@ -82,6 +82,7 @@ def test_bad_centres_ruin_least_squares(m: int, bad: float, least_mm: float) -> 
     assert rms_mm("weighted_line", m, bad) > least_mm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STATING)
 @pytest.mark.parametrize("m", [21, 101])
 def test_region_of_95_percent_holds_the_truth(name: str, m: int) -> None:
@@ -110,6 +111,7 @@ def top_aside(rng: np.random.Generator, m: int, bad: float) -> Shaft:
     return data
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("m", "bad"), [(21, 0.3), (101, 0.3), (101, 0.4)])
 def test_mm_line_holds_where_a_third_of_the_centres_agrees_on_something_else(m: int, bad: float) -> None:
     rng = np.random.default_rng(8)
@@ -129,6 +131,7 @@ def test_tukey_line_does_not_hold_there() -> None:
     assert np.abs(fit.lean - LEAN).max() > 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", [0.3, 0.4])
 def test_mm_line_holds_with_many_bad_centres_everywhere(bad: float) -> None:
     errors = [np.abs(fit.lean - LEAN).max() for fit in fits("mm_line", 101, bad, 40, 9)]

@@ -182,3 +182,18 @@ def test_a_point_outside_the_box_of_the_header_is_told(tmp_path: Path) -> None:
     content[179:187] = np.array([5.0], dtype="<f8").tobytes()  # largest x
     path.write_bytes(content)
     assert "points lie outside the box" in " ".join(read_scan(path).notes)
+
+
+@pytest.mark.parametrize(
+    ("version", "point_format", "at", "kind"), [("1.2", 0, 111, "<u4"), ("1.4", 6, 255, "<u8")]
+)
+def test_more_points_by_return_than_in_all_are_told(
+    tmp_path: Path, version: str, point_format: int, at: int, kind: str
+) -> None:
+    """One chunk of LAZ may hold more than its header counts, and the rest would be left out without a word."""
+    path = write_las(tmp_path / "a.laz", wall_points(), version=version, point_format=point_format)
+    content = bytearray(path.read_bytes())
+    count = np.array([501], kind).tobytes()
+    content[at : at + len(count)] = count
+    path.write_bytes(content)
+    assert "counts 501 points by return and 500 in all" in " ".join(read_scan(path).notes)

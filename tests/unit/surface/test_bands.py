@@ -55,6 +55,7 @@ def largest_apart(fits: list[SurfaceFit]) -> float:
     return float(np.abs([bends_of_bands(fit) - bends_of(fit) for fit in fits]).max())
 
 
+@pytest.mark.slow
 def test_bands_bend_no_more_than_the_axis_where_stations_are_out_of_place(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -66,6 +67,7 @@ def test_bands_bend_no_more_than_the_axis_where_stations_are_out_of_place(
     assert as_they_are_m > 2.0 * apart_m
 
 
+@pytest.mark.slow
 def test_the_bending_scatters_as_stated() -> None:
     chi2 = []
     for seed in range(24):

@@ -1,0 +1,173 @@
+"""Small files that no run can make again are kept twice: second/<path in the workspace>, behind their own SHA-256.
+
+They are the events of alarms with who acknowledged them, the ledger of runs, the epochs that came through an inbox, the
+settings of runs, and the manifests of earlier results. Whichever of two copies is whole mends the other.
+"""
+
+import errno
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final, Literal
+
+from storage.atomic import write_our_own
+from storage.digests import file_sha256, text_sha256
+from storage.errors import StorageError
+from storage.locks import publish_lock
+from storage.parquet import read_rows
+from storage.records import TABLES
+from storage.sealed import sealed, unsealed
+from storage.tables import ALARM_EVENTS, LEDGERS, RUNS
+from storage.text_parts import PARTS, read_text
+from storage.version_manifest import MANIFEST, read_manifest
+from storage.workspace import Workspace
+
+State = Literal["gone", "altered", "edited", "lost", "single", "second damaged"]
+"""Gone or altered: the second copy is whole. Edited: by hand, and readable. Lost: neither is whole. Single, or second
+damaged: the first is whole."""
+
+
+@dataclass(frozen=True, slots=True)
+class Discord:
+    """A file and its second copy that are not both whole and the same."""
+
+    path: Path
+    state: State
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """Files that are kept twice: where, and what tells whether one of them is whole."""
+
+    pattern: str
+    is_whole: Callable[[Path], bool]
+    by_hand: bool = False
+    """Whether people may edit them."""
+
+
+def second_path(ws: Workspace, path: Path) -> Path:
+    """Where the second copy of a file lies or would lie."""
+    return ws.second / path.relative_to(ws.root)
+
+
+def keep_second(ws: Workspace, path: Path) -> None:
+    """Keep a file that was just written a second time.
+
+    Raises
+    ------
+    StorageError
+        If the disk refuses.
+    """
+    with publish_lock(ws):  # who holds it sweeps unfinished files away
+        write_our_own(second_path(ws, path), sealed(path.read_bytes()))
+
+
+def discords(ws: Workspace) -> Iterator[Discord]:
+    """Files that are kept twice and are not both whole and the same, by kind and name."""
+    for kind in _KINDS:
+        first = set(ws.root.glob(kind.pattern))
+        second = {ws.root / path.relative_to(ws.second) for path in ws.second.glob(kind.pattern)}
+        for path in sorted(first | second):
+            state = _state(ws, kind, path)
+            if state is not None:
+                yield Discord(path, state)
+
+
+def _state(ws: Workspace, kind: _Kind, path: Path) -> State | None:
+    first, stored = _content(path), _content(second_path(ws, path))
+    if first is not None and stored is not None and stored == sealed(first):
+        return None
+    second = None if stored is None else unsealed(stored)
+    if second is None:
+        if first is None or not _judged(path, kind.is_whole):
+            return "lost"
+        return "single" if stored is None else "second damaged"
+    if first is None:
+        return "altered" if path.exists() else "gone"
+    return "edited" if kind.by_hand and _judged(path, kind.is_whole) else "altered"
+
+
+def _content(path: Path) -> bytes | None:
+    """What a file holds; None where there is none.
+
+    Raises
+    ------
+    StorageError
+        If the system refuses to read it, which says nothing of what it holds.
+    """
+    try:
+        return path.read_bytes()
+    except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
+        return None
+    except OSError as fault:
+        raise _refused(path, fault) from fault
+
+
+def _refused(path: Path, fault: OSError) -> StorageError:
+    return StorageError(
+        f"cannot read {path}: {fault.strerror}; look at the drive and the rights of the file, and run again: it is kept "
+        "twice and nothing of it was touched"
+    )
+
+
+def _judged(path: Path, is_whole: Callable[[Path], bool]) -> bool:
+    """Whether a file is whole; one that cannot be parsed is not.
+
+    Raises
+    ------
+    StorageError
+        If the system refuses to read it.
+    """
+    try:
+        return is_whole(path)
+    except (OSError, ValueError, StorageError) as fault:
+        behind = fault if isinstance(fault, OSError) else fault.__cause__
+        # a library that cannot parse raises OSError, too, and without a number
+        if isinstance(behind, OSError) and behind.errno not in (
+            None,
+            errno.ENOENT,
+            errno.EISDIR,
+            errno.ENOTDIR,
+        ):
+            raise _refused(path, behind) from fault
+        return False
+
+
+def _is_ledger(table: str) -> Callable[[Path], bool]:
+    column = LEDGERS[table]
+
+    def is_whole(path: Path) -> bool:
+        rows: list[object] = read_rows(path, table, TABLES[table])
+        named = {(getattr(row, "structure", ""), getattr(row, column)) for row in rows}
+        return named <= {(path.parent.name, path.name.removesuffix(".parquet"))}
+
+    return is_whole
+
+
+def _is_intake(path: Path) -> bool:
+    return tomllib.loads(path.read_text(encoding="utf-8")).get("epoch") == path.stem
+
+
+def _is_settings(path: Path) -> bool:
+    return text_sha256(read_text(path, path.parents[1] / PARTS)) == path.stem
+
+
+def _is_part(path: Path) -> bool:
+    return file_sha256(path) == path.stem
+
+
+def _is_manifest(path: Path) -> bool:
+    read_manifest(path.parent)
+    return True
+
+
+_KINDS: Final = (
+    _Kind(f"tables/{ALARM_EVENTS}/*/*.parquet", _is_ledger(ALARM_EVENTS)),
+    _Kind(f"tables/{RUNS}/*/*.parquet", _is_ledger(RUNS)),
+    # parts first: settings are whole when theirs are
+    _Kind(f"runs/{PARTS}/*.txt", _is_part),
+    _Kind("runs/settings/*.json", _is_settings),
+    _Kind(f"versions/*/*/[!.]*/{MANIFEST}", _is_manifest),
+    _Kind("intake/*/*.toml", _is_intake, by_hand=True),
+)

@@ -1,0 +1,1 @@
+"""Eight processes on one workspace: running, reading, watching, verifying, reporting."""
