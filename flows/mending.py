@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Final
 
 from flows.terminal import complain
+from storage.identity import is_identified
 from storage.mend import Mended, losses, mend_copies
 from storage.workspace import Workspace, existing_workspace
 
@@ -22,7 +23,7 @@ def mend_before(workspace: Path) -> list[Mended]:
     StorageError
         If it cannot be read or written.
     """
-    if not Workspace(workspace).identity.exists():
+    if not is_identified(Workspace(workspace).identity):
         return []
     found = mend_copies(existing_workspace(workspace))
     tell(found)

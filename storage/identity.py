@@ -1,12 +1,16 @@
-"""``workspace.json``: says that a folder is a workspace, of which version, and which views its catalog was made with."""
+"""``workspace.json``: says that a folder is a workspace, of which version, and which views its catalog was made with.
+
+It is kept twice: ``second/workspace.json`` lies behind its SHA-256, is written first, and so is right where the two differ.
+"""
 
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from storage.atomic import write_atomically
+from storage.atomic import write_our_own
 from storage.errors import StorageError
+from storage.sealed import sealed, unsealed
 
 SCHEMA_VERSION: Final = 2
 """Version of the stored tables and of the layout of a workspace; a newer one is refused, an older one is upgraded.
@@ -25,36 +29,70 @@ class Identity:
     """Digest of the views and columns of its catalog; none where there was no catalog yet, or it was made long ago."""
 
 
+def is_identified(path: Path) -> bool:
+    """Whether a folder says of itself that it is a workspace: the file is there, or a second copy that is whole."""
+    return path.is_file() or _second(path) is not None
+
+
 def read_identity(path: Path) -> Identity:
-    """Read the identity of a workspace.
+    """Read the identity of a workspace; a second copy that is whole is believed.
 
     Raises
     ------
     StorageError
-        If it is absent or damaged.
+        If it is absent or damaged, and so is its second copy.
     """
+    second = _second(path)
     try:
-        content = json.loads(path.read_bytes())
-        catalog = content.get("catalog")
-        made_by = str(content.get("made_by", "tiltwatch"))
-        return Identity(int(content["schema_version"]), made_by, None if catalog is None else str(catalog))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as fault:
+        return identity_in(path.read_bytes() if second is None else second)
+    except (OSError, ValueError) as fault:
         raise StorageError(
             f"{path} is damaged: needed is a JSON object with schema_version; restore the file, or "
             f'write {{"schema_version": {SCHEMA_VERSION}}} into it'
         ) from fault
 
 
+def identity_in(content: bytes) -> Identity:
+    """What the content of ``workspace.json`` says.
+
+    Raises
+    ------
+    ValueError
+        If that is no identity.
+    """
+    try:
+        said = json.loads(content)
+        catalog = said.get("catalog")
+        made_by = str(said.get("made_by", "tiltwatch"))
+        return Identity(int(said["schema_version"]), made_by, None if catalog is None else str(catalog))
+    except (KeyError, TypeError, AttributeError) as fault:
+        raise ValueError(f"no identity of a workspace: {fault}") from fault
+
+
 def write_identity(path: Path, identity: Identity) -> None:
-    """Put the identity of a workspace in place whole.
+    """Put the identity of a workspace in place whole, and its second copy before it.
 
     Raises
     ------
     StorageError
         If the disk refuses.
     """
-    content = {name: value for name, value in asdict(identity).items() if value is not None}
-    write_atomically(path, json.dumps(content, indent=1).encode() + b"\n")
+    said = {name: value for name, value in asdict(identity).items() if value is not None}
+    content = json.dumps(said, indent=1).encode() + b"\n"
+    write_our_own(second_of_identity(path), sealed(content))
+    write_our_own(path, content)
+
+
+def second_of_identity(path: Path) -> Path:
+    """Where the second copy lies or would lie."""
+    return path.parent / "second" / path.name
+
+
+def _second(path: Path) -> bytes | None:
+    try:
+        return unsealed(second_of_identity(path).read_bytes())
+    except OSError:  # who cannot read it has the first
+        return None
 
 
 def note_catalog(path: Path, definitions: str) -> None:

@@ -1,7 +1,7 @@
 """Small files that no run can make again are kept twice: second/<path in the workspace>, behind their own SHA-256.
 
 They are the events of alarms with who acknowledged them, the ledger of runs, the epochs that came through an inbox, the
-settings of runs, and the manifests of earlier results. Whichever of two copies is whole mends the other.
+settings of runs, the manifests of earlier results, and what the workspace says of itself. Whichever of two copies is whole mends the other.
 """
 
 import errno
@@ -14,6 +14,7 @@ from typing import Final, Literal
 from storage.atomic import write_our_own
 from storage.digests import file_sha256, text_sha256
 from storage.errors import StorageError
+from storage.identity import identity_in
 from storage.locks import publish_lock
 from storage.parquet import read_rows
 from storage.records import TABLES
@@ -162,7 +163,13 @@ def _is_manifest(path: Path) -> bool:
     return True
 
 
+def _is_identity(path: Path) -> bool:
+    identity_in(path.read_bytes())
+    return True
+
+
 _KINDS: Final = (
+    _Kind("workspace.json", _is_identity),
     _Kind(f"tables/{ALARM_EVENTS}/*/*.parquet", _is_ledger(ALARM_EVENTS)),
     _Kind(f"tables/{RUNS}/*/*.parquet", _is_ledger(RUNS)),
     # parts first: settings are whole when theirs are

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from storage.atomic import make_folder
 from storage.errors import StorageError
-from storage.identity import SCHEMA_VERSION, Identity, read_identity, write_identity
+from storage.identity import SCHEMA_VERSION, Identity, is_identified, read_identity, write_identity
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +111,7 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     workspace = Workspace(path.expanduser().resolve())
     if workspace.root.exists() and not workspace.root.is_dir():
         raise StorageError(f"workspace {workspace.root} needs a folder; it is a file: choose another path")
-    if workspace.identity.exists():
+    if is_identified(workspace.identity):
         _check_version(workspace)
     else:
         write_identity(workspace.identity, Identity(SCHEMA_VERSION, made_by))
@@ -129,7 +129,7 @@ def existing_workspace(path: Path) -> Workspace:
         If there is none, or it is of a newer version.
     """
     workspace = Workspace(path.expanduser().resolve())
-    if not workspace.identity.is_file():
+    if not is_identified(workspace.identity):
         raise StorageError(
             f"no workspace at {workspace.root}: it has no {workspace.identity.name}; process the campaign first "
             "with `tiltwatch run FILE`, or name the right folder with --workspace"

@@ -30,6 +30,7 @@ KEPT_TWICE = (
     f"tables/runs/{STRUCTURE}/r1.parquet",
     f"intake/{STRUCTURE}/e1.toml",
     f"versions/{STRUCTURE}/old/e1/manifest.json",
+    "workspace.json",
 )
 
 ONE = {name: damage for name, damage in DAMAGES.items() if name != "exchanged"}
@@ -62,7 +63,7 @@ def test_a_whole_workspace_needs_no_mending(full: Workspace) -> None:
     "name",
     [
         pytest.param(name, id=kind, marks=() if kind in ("event", "intake") else pytest.mark.slow)
-        for name, kind in zip(KEPT_TWICE, ("event", "ledger", "intake", "manifest"), strict=True)
+        for name, kind in zip(KEPT_TWICE, ("event", "ledger", "intake", "manifest", "identity"), strict=True)
     ],
 )
 def test_a_damaged_first_copy_is_found_and_put_back(full: Workspace, name: str, damage: Damage) -> None:

@@ -1,7 +1,7 @@
 """Workspaces of earlier versions, as those wrote them, open in this one: nothing is lost, nothing is made up."""
 
-import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -10,7 +10,7 @@ import pytest
 from storage.catalog_reading import read_catalog
 from storage.catalog_sources import catalog_definitions
 from storage.errors import StorageError
-from storage.identity import SCHEMA_VERSION, read_identity
+from storage.identity import SCHEMA_VERSION, read_identity, write_identity
 from storage.upgrade import make_ready, ready_or_new_workspace, ready_workspace
 from storage.verify import verify_workspace_deeply
 from storage.view_definitions import VIEWS
@@ -89,8 +89,7 @@ def test_an_upgrade_that_was_cut_short_goes_on(tmp_path: Path, monkeypatch: pyte
 def test_a_catalog_with_the_views_of_another_version_is_made_anew(ws: Workspace) -> None:
     fill(ws, 2)
     assert make_ready(ws)
-    identity = json.loads(ws.identity.read_bytes())
-    ws.identity.write_text(json.dumps({**identity, "catalog": "views of yesterday"}))
+    write_identity(ws.identity, replace(read_identity(ws.identity), catalog="views of yesterday"))
     assert make_ready(ws)
     assert read_identity(ws.identity).catalog == catalog_definitions()
 

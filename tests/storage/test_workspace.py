@@ -6,9 +6,13 @@ from pathlib import Path
 import pytest
 
 from storage.errors import InputError, StorageError
-from storage.identity import SCHEMA_VERSION
+from storage.identity import SCHEMA_VERSION, Identity, read_identity, second_of_identity
 from storage.ids import check_id
+from storage.mend import mend_copies
 from storage.workspace import Workspace, existing_workspace, open_workspace
+from tests.faults.damages import DAMAGES, Damage, truncate
+
+ONE = {name: damage for name, damage in DAMAGES.items() if name != "exchanged"}
 
 
 def test_a_new_workspace_says_version_and_maker(tmp_path: Path) -> None:
@@ -44,6 +48,31 @@ def test_a_workspace_of_a_newer_version_is_refused(tmp_path: Path, opening: obje
 def test_a_damaged_identity_is_told(tmp_path: Path) -> None:
     (tmp_path / "workspace.json").write_text("{")
     with pytest.raises(StorageError, match=r"workspace\.json is damaged"):
+        existing_workspace(tmp_path)
+
+
+@pytest.mark.parametrize("damage", ONE.values(), ids=ONE)
+def test_what_a_workspace_says_of_itself_is_believed_of_its_whole_second_copy(
+    tmp_path: Path, damage: Damage
+) -> None:
+    ws = open_workspace(tmp_path, made_by="tiltwatch 0.1.0")
+    damage(ws.identity, None)
+    assert read_identity(existing_workspace(tmp_path).identity) == Identity(SCHEMA_VERSION, "tiltwatch 0.1.0")
+
+
+def test_a_flipped_version_refuses_nobody_and_is_put_back(tmp_path: Path) -> None:
+    ws = open_workspace(tmp_path)
+    ws.identity.write_text('{"schema_version": 3, "made_by": "tiltwatch"}')
+    told = mend_copies(existing_workspace(tmp_path))
+    assert [(one.where, one.is_lost) for one in told] == [("workspace.json", False)]
+    assert json.loads(ws.identity.read_bytes())["schema_version"] == SCHEMA_VERSION
+
+
+def test_a_workspace_with_both_copies_damaged_is_refused(tmp_path: Path) -> None:
+    ws = open_workspace(tmp_path)
+    for path in (ws.identity, second_of_identity(ws.identity)):
+        truncate(path, None)
+    with pytest.raises(StorageError, match=r"workspace\.json is damaged.*restore the file"):
         existing_workspace(tmp_path)
 
 
