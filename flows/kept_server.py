@@ -8,7 +8,6 @@ import base64
 import http.client
 import json
 import os
-import re
 import secrets
 import stat
 import subprocess
@@ -25,6 +24,7 @@ from typing import Final
 
 from filelock import FileLock, Timeout
 
+from flows.server_folder import make_fit
 from flows.terminal import note
 from flows.workflow_server import (
     LOOPBACK,
@@ -257,7 +257,7 @@ def _start(
     folder: Path, keep_s: float, instead_of: ServerRecord | None
 ) -> tuple["subprocess.Popen[bytes]", ServerRecord]:
     """Start a server apart from this process; it tells its port at once, and answers after seconds."""
-    _sweep_unfinished_records(folder)
+    make_fit(folder)
     mark = secrets.token_hex(8)
     secret = f"tiltwatch:{secrets.token_urlsafe(24)}" if instead_of is None else instead_of.secret
     request = ServerRequest(str(folder), mark, keep_s, 0 if instead_of is None else instead_of.port)
@@ -282,17 +282,6 @@ def _start(
         process.wait()
         raise NoServerError(_why(folder, ended=told is not None))
     return process, ServerRecord(mark, version_of_servers(), str(folder), process.pid, int(told), secret)
-
-
-def _sweep_unfinished_records(folder: Path) -> None:
-    """Remove what servers left that were killed while they wrote their record.
-
-    Who starts one holds the lock until it answers: one that writes now has lost whoever started it, and is not needed.
-    """
-    for path in folder.glob("server.*"):
-        if re.fullmatch(r"server\.[0-9a-f]{16}", path.name):
-            with suppress(OSError):
-                path.unlink()
 
 
 def _first_line(process: "subprocess.Popen[bytes]") -> bytes | None:

@@ -1,7 +1,8 @@
 """Small files that no run can make again are kept twice: second/<path in the workspace>, behind their own SHA-256.
 
 They are the events of alarms with who acknowledged them, the ledger of runs, the epochs that came through an inbox, the
-settings of runs, the manifests of earlier results, and what the workspace says of itself. Whichever of two copies is whole mends the other.
+settings of runs, the manifests of earlier results, and what the workspace says of itself. Whichever of two copies is whole
+mends the other.
 """
 
 import errno

@@ -13,6 +13,7 @@ from storage.parquet import read_rows
 from storage.places import store_of
 from storage.publish import stale_temps
 from storage.records import TABLES, EpochRow
+from storage.sqlite_damage import damage_of
 from storage.store import Content, Store
 from storage.tables import (
     EPOCH_TABLES,
@@ -91,6 +92,7 @@ def _verify(ws: Workspace, is_true: Check, of_catalog: CatalogCheck) -> VerifyRe
         ]
         found += of_catalog(ws)
         notes = [*unsealed_epochs(ws), *unmarked_series(ws), *single_copies(ws), *set_aside(ws)]
+        notes += _histories(ws)
     found += [*_artifacts(ws, is_true), *record_faults(ws)]
     return VerifyReport(len(found), tuple(fault for fault in found if fault is not None), tuple(notes))
 
@@ -166,6 +168,15 @@ def _artifacts(ws: Workspace, is_true: Check) -> Iterator[Fault | None]:
         else:
             what = "its content does not have the digest that its name says"
             yield Fault(name, what, "delete it and run again: it is computed anew")
+
+
+def _histories(ws: Workspace) -> Iterator[Fault]:
+    """Histories of flow runs that the workflow engine keeps: no result rests on them, so they are worth a word only."""
+    for path in sorted(ws.prefect.glob("*/*.db")):
+        damage = damage_of(path)
+        if damage is not None:
+            what = f"the history of flow runs is damaged ({damage})"
+            yield Fault(at(ws, path), what, "run the campaign again: it is set aside, and a new one begun")
 
 
 def _digest_in(name: str) -> str | None:

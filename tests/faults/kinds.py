@@ -51,7 +51,12 @@ KINDS: Final = (
     Kind("run record", r"runs/active/[^/]+\.json", "of a run that ended; the ledger has it, twice"),
     Kind("run journal", r"runs/active/[^/]+\.jsonl", "of a run under way; torn lines are left out"),
     Kind("lock", r"(locks/.+|runs/active/[^/]+\.lock)", "the system holds the lock, not the file"),
-    Kind("workflow server", r"prefect/.+", "history of flow runs on which nothing rests"),
+    Kind(
+        "history of flow runs",
+        r"prefect/[^/]+/prefect\.db",
+        "nothing rests on it; a damaged one is set aside",
+    ),
+    Kind("workflow server", r"prefect/(?![^/]+/prefect\.db$).+", "its log, its record and its lock"),
     Kind("log", r"logs/.+", "for people"),
     Kind(
         "unfinished",

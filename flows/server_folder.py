@@ -1,0 +1,50 @@
+"""What lies in the folder of a workflow server is made fit before one starts there."""
+
+import re
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from flows.terminal import note
+from storage.atomic import move_out_of_the_way
+from storage.errors import StorageError
+from storage.sqlite_damage import damage_of
+
+DATABASE: Final = "prefect.db"
+
+BESIDE: Final = (f"{DATABASE}-wal", f"{DATABASE}-shm")
+"""What SQLite keeps beside it; of no use to another database."""
+
+
+def make_fit(folder: Path) -> None:
+    """Sweep what killed servers left, and set a damaged database aside; nobody else may start a server meanwhile."""
+    _sweep_unfinished_records(folder)
+    _set_aside_a_damaged_database(folder)
+
+
+def _sweep_unfinished_records(folder: Path) -> None:
+    """Remove what servers left that were killed while they wrote their record.
+
+    Who starts one holds the lock until it answers: one that writes now has lost whoever started it, and is not needed.
+    """
+    for path in folder.glob("server.*"):
+        if re.fullmatch(r"server\.[0-9a-f]{16}", path.name):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _set_aside_a_damaged_database(folder: Path) -> None:
+    """A server would start on it and then fail in the middle of a run; no result rests on it, so a new one does as well."""
+    database = folder / DATABASE
+    damage = damage_of(database)
+    if damage is None:
+        return
+    with suppress(StorageError):  # the server then says itself that it cannot start
+        kept = move_out_of_the_way(database)
+        for name in BESIDE:
+            if (folder / name).exists():
+                move_out_of_the_way(folder / name)
+        note(
+            f"the history of flow runs {database} is damaged ({damage}): it is kept as {kept.name}, and a new one begun; "
+            "no result rests on it"
+        )
