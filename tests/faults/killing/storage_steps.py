@@ -24,6 +24,7 @@ from storage.catalog import rebuild_catalog
 from storage.digests import text_sha256
 from storage.ledger import append_run, is_in_ledger, store_settings
 from storage.locks import publish_lock
+from storage.places import store_of
 from storage.publish import publish_epoch
 from storage.run_record import (
     end_record,
@@ -34,6 +35,7 @@ from storage.run_record import (
     runs_on_record,
     taken_from_dead,
 )
+from storage.sealed import json_digest
 from storage.series import publish_series
 from storage.settled import settle, stamps_of
 from storage.tables import ALARM_EVENTS, SERIES_TABLES, files_of
@@ -52,7 +54,7 @@ def write_run(ws: Workspace, run: str) -> None:
         _settle_dead(ws, dead)
     with held_record(ws, record_of_this_process(run, STRUCTURE, "own")) as journal:
         journal.append({"stage": "slicing"})
-        put_json(ws, "facts", {"seed": 8})
+        _keep_stage(ws)
         changed = SETTINGS.replace("chimney", "chimney ")
         store_settings(ws, text_sha256(changed), changed)
         for number, epoch in enumerate(("e0", "e2")):
@@ -66,6 +68,15 @@ def write_run(ws: Workspace, run: str) -> None:
         end_record(ws, run, finished=True)
     rebuild_catalog(ws)
     remove_record(ws, run)
+
+
+def _keep_stage(ws: Workspace) -> None:
+    """Keep an artifact and the record of the stage that made it, as a workflow engine has them kept."""
+    made = put_json(ws, "facts", {"seed": 8})
+    produced = {"artifacts": {"facts": made.to_json()}, "facts": {}}
+    record = {"result": {**produced, "digest": json_digest(produced)}, "metadata": {}}
+    name = f"records/slicing-{text_sha256('its inputs')}"
+    store_of(ws).put(name, json.dumps(record).encode())
 
 
 def _settle_dead(ws: Workspace, run: str) -> None:
