@@ -23,10 +23,11 @@ from tests.flows.calls import ROOT, Called
 from tests.flows.campaigns import STRUCTURE
 
 
-def command(site: Site, *words: object) -> Called:
-    """Call the command line on a site in a process of its own, with no workflow server but its own."""
+def command(site: Site, *words: object, server: Mapping[str, str] | None = None) -> Called:
+    """Call the command line on a site in a process of its own, with no workflow server but its own or that one."""
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PREFECT_")}
     environment |= {"PYTHONPATH": str(ROOT), "TILTWATCH_KEEP_SERVER_S": "0", "OMP_NUM_THREADS": "1"}
+    environment |= server or {}
     name, *rest = words
     asked = [sys.executable, "-m", "flows.cli", name, site.file, *rest, "--workspace", site.workspace]
     done = subprocess.run(

@@ -11,12 +11,15 @@ import shutil
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Final
 
 import duckdb
 
+from flows.kept_server import ServerSearch
 from storage.catalog import rebuild_catalog
 from storage.errors import StorageError
 from storage.verify import verify_workspace, verify_workspace_deeply
@@ -73,8 +76,13 @@ def sample(site: Site, kind: Kind) -> tuple[str, Path | None]:
     return names[-1], next((other for other in others if other.read_bytes() != path.read_bytes()), None)
 
 
-def run_case(sound: Site, folder: Path, kind: Kind, damage: str) -> Case | None:
-    """Damage a file of a kind in a copy and follow what becomes of it; None where there is no other file to exchange."""
+def run_case(
+    sound: Site, folder: Path, kind: Kind, damage: str, server: Mapping[str, str] | None = None
+) -> Case | None:
+    """Damage a file of a kind in a copy and follow what becomes of it; None where there is no other file to exchange.
+
+    With a ``server`` that is up the runs start none of their own, which takes longer than the run.
+    """
     site = copy_of(sound, folder)
     name, other = sample(site, kind)
     if damage == "exchanged" and other is None:
@@ -83,14 +91,14 @@ def run_case(sound: Site, folder: Path, kind: Kind, damage: str) -> Case | None:
     before = shown(site.workspace, runs), kept_files(site.workspace)
     DAMAGES[damage](site.workspace / name, other)
     found_by = _found_by(site)
-    called = command(site, "run")
+    called = command(site, "run", server=server)
     told = _told(called.err, name)
     if called.code == 3 and told:
         return Case(kind.name, damage, name, found_by, "said by the run", called.code, told)
     if _is_as_before(site, runs, before):
         return Case(kind.name, damage, name, found_by, "healed by the run", called.code, told)
     deleted = _delete_faulty(site)
-    called = command(site, "run")
+    called = command(site, "run", server=server)
     ended = "healed after deleting as verify says" if _is_as_before(site, runs, before) else "unnoticed"
     return Case(kind.name, damage, name, found_by, ended, called.code, _told(called.err, name), deleted)
 
@@ -171,14 +179,30 @@ def _told(err: str, name: str) -> str:
 
 def cases(sound: Site, folder: Path, kinds: list[str], damages: list[str]) -> Iterator[Case]:
     """All cases that there are, one after the other; each in a folder that is removed behind it."""
-    for kind in KINDS:
-        if (kinds and kind.name not in kinds) or not files_of_kind(sound.workspace, kind):
-            continue
-        for damage in damages or DAMAGES:
-            case = run_case(sound, folder / "case", kind, damage)
-            shutil.rmtree(folder / "case")
-            if case is not None:
-                yield case
+    with shared_server(folder / "engine") as server:
+        for kind in KINDS:
+            if (kinds and kind.name not in kinds) or not files_of_kind(sound.workspace, kind):
+                continue
+            own = kind.name in OWN_SERVER
+            for damage in damages or DAMAGES:
+                case = run_case(sound, folder / "case", kind, damage, None if own else server)
+                shutil.rmtree(folder / "case")
+                if case is not None:
+                    yield case
+
+
+@contextmanager
+def shared_server(folder: Path) -> Iterator[Mapping[str, str]]:
+    """Keep one workflow server for many runs; gives what tells them of it."""
+    lease = ServerSearch(folder, 0.0).wait()
+    try:
+        yield {"PREFECT_API_URL": lease.record.url, "PREFECT_API_AUTH_STRING": lease.record.secret}
+    finally:
+        lease.connection.close()  # it then ends by itself
+
+
+OWN_SERVER: Final = ("history of flow runs", "workflow server")
+"""What only the workspace's own server reads."""
 
 
 def main() -> int:
