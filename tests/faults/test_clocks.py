@@ -17,15 +17,23 @@ from flows.terminal import Terminal, use_terminal
 from storage.alarm_log import UNNUMBERED, append_alarm_event, append_alarm_events
 from storage.artifacts import is_whole, put_array
 from storage.atomic import TEMP_SUFFIX
+from storage.errors import InputError
+from storage.parquet import encode_rows, read_rows
 from storage.publish import stale_temps
+from storage.records import TiltRow
 from storage.run_record import may_live, record_of_this_process, write_record
 from storage.store import Content
 from storage.store_cache import StoreCache
 from storage.verified import stamp_of, would_show_change
 from storage.workspace import Workspace, open_workspace
-from tests.storage.campaign import STRUCTURE, alarm_event_row
+from tasks.lean_series import stored_series
+from tasks.trend_rows import chart_rows, trend_rows
+from tests.storage.campaign import HEIGHT_M, STRUCTURE, alarm_event_row, tilt_row
+from tests.unit.settings.campaign_text import WHOLE, edited, load
 
 YEAR = timedelta(days=366)
+START = datetime(2025, 1, 1, 6, tzinfo=UTC)
+STATED = "2025-03-14T06:00:00+08:00"
 DAY_S = 86_400.0
 
 
@@ -142,6 +150,83 @@ def test_two_faults_of_one_second_are_two_logs(tmp_path: Path) -> None:
     finally:
         use_terminal(Terminal())
     assert [Path(path).read_text(encoding="utf-8")[-7:] for path in kept] == ["fault 0", "fault 1", "fault 2"]
+
+
+@pytest.mark.parametrize(
+    ("stated", "instant"),
+    [
+        ("2025-03-30T01:59:59+01:00", "2025-03-30T00:59:59+00:00"),
+        (
+            "2025-03-30T02:30:00+01:00",
+            "2025-03-30T01:30:00+00:00",
+        ),  # not on any clock of Berlin, an instant all the same
+        ("2025-10-26T02:30:00+02:00", "2025-10-26T00:30:00+00:00"),
+        ("2025-10-26T02:30:00+01:00", "2025-10-26T01:30:00+00:00"),
+        ("2011-12-30T12:00:00+14:00", "2011-12-29T22:00:00+00:00"),  # the day that Apia skipped
+        ("2025-03-30T02:30:00-03:30", "2025-03-30T06:00:00+00:00"),
+        ("2025-03-30T02:30:00+05:45", "2025-03-29T20:45:00+00:00"),
+        ("2024-02-29T23:59:59.999999Z", "2024-02-29T23:59:59.999999+00:00"),
+        ("1969-12-31T23:59:59.5Z", "1969-12-31T23:59:59.500000+00:00"),
+        ("2038-01-19T03:14:08Z", "2038-01-19T03:14:08+00:00"),
+    ],
+)
+def test_a_time_with_its_offset_is_that_instant_also_when_stored(
+    ws: Workspace, stated: str, instant: str
+) -> None:
+    when = load(ws.root, edited(STATED, stated, WHOLE)).epochs[0].time
+    assert when == datetime.fromisoformat(instant)
+    path = ws.root / "row.parquet"
+    path.write_bytes(encode_rows("tilt", TiltRow, [replace(tilt_row("e1"), epoch_time=when)]))
+    (row,) = read_rows(path, "tilt", TiltRow)
+    assert row.epoch_time.isoformat() == instant
+
+
+@pytest.mark.parametrize(
+    ("stated", "message"),
+    [
+        ("2025-03-30T02:30:00", "needs an offset from UTC"),
+        ("2025-03-30", "needs a date and time with an offset from UTC"),
+        ("1741903200", "needs a date and time with an offset from UTC"),
+        ('"2025-03-30T02:30:00+01:00"', "without quotes"),
+        ("2025-02-29T12:00:00Z", "line 22, column 8: invalid date or datetime"),
+        ("2016-12-31T23:59:60Z", "line 22, column 18"),
+        ("1959-12-31T23:59:59Z", "needs a year from 1960 to 2200"),
+    ],
+)
+def test_a_time_that_is_no_instant_is_refused(tmp_path: Path, stated: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load(tmp_path, edited(STATED, stated, WHOLE))
+
+
+@pytest.mark.parametrize(("first", "days"), [(2023, 365), (2024, 366)])
+def test_a_rate_is_one_per_365_and_a_quarter_days_in_leap_years_too(first: int, days: int) -> None:
+    began = datetime(first, 1, 1, tzinfo=UTC)
+    lean = 1e-4
+    rows = [
+        replace(tilt_row(f"e{n}", n, (n * lean, 0.0)), epoch_time=began + n * timedelta(days=days))
+        for n in range(4)
+    ]
+    (trend,) = trend_rows(rows)
+    assert trend.rate_m_per_year == pytest.approx(HEIGHT_M * lean * 365.25 / days, rel=1e-9)
+
+
+@pytest.mark.parametrize("apart", [timedelta(microseconds=1), timedelta(seconds=0.4), timedelta(hours=2)])
+def test_epochs_of_one_day_have_no_rate_and_a_chart(apart: timedelta) -> None:
+    rows = [replace(tilt_row(f"e{n}", n, (1e-5 * n, 0.0)), epoch_time=START + n * apart) for n in range(8)]
+    (trend,) = trend_rows(rows)
+    assert (trend.rate_m_per_year, trend.model) == (None, "level")
+    assert "no rate: 8 epochs within" in str(trend.reason)
+    assert [row.epoch for row in chart_rows(rows)] == [f"e{n}" for n in range(1, 8)]
+
+
+def test_epochs_on_both_sides_of_a_change_of_clocks_come_in_the_order_of_their_instants() -> None:
+    times = ["2025-10-26T02:50:00+02:00", "2025-10-26T02:10:00+01:00", "2025-10-26T01:30:00+00:00"]
+    rows = [
+        replace(tilt_row(f"e{n}"), epoch_time=datetime.fromisoformat(time)) for n, time in enumerate(times)
+    ]
+    (made,) = stored_series(rows[::-1], {})
+    assert [row.epoch for row in made.rows] == ["e0", "e1", "e2"]
+    assert (made.series.times * 365.25 * 24 * 60).round(6).tolist() == [0.0, 20.0, 40.0]
 
 
 def _file(path: Path) -> Path:

@@ -287,6 +287,15 @@ def test_a_station_is_late_by_the_clock() -> None:
     assert late(100.0).eased
 
 
+def test_a_station_is_late_too_where_the_clock_was_set_back_since_the_first_arrived() -> None:
+    assert not late(-5.9, "ST03").broken
+    found = late(-87_660.0, "ST03")
+    assert found.broken
+    assert found.what.startswith(
+        "ST03 missing by a clock that says 87660.0 hours before the first station of e9"
+    )
+
+
 def test_a_processed_epoch_waits_for_nothing() -> None:
     rule = RULES["late-station"].rule(hours=6.0)
     (point,) = rule.points(record(epoch(0), pending=None))
