@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from flows import recovery
 from flows.faults import keep_log
 from flows.ledger import new_run_id
 from flows.old_homes import UNUSED_S, sweep_old_homes
@@ -132,6 +133,13 @@ def test_a_run_lives_though_the_clock_was_set_since_it_began(monkeypatch: pytest
     monkeypatch.setattr(psutil._psplatform, "boot_time", lambda: began - 3600.0)
     assert may_live(record)
     assert not may_live(replace(record, boot="another"))
+
+
+@pytest.mark.parametrize(("ahead", "waits"), [(YEAR, False), (timedelta(minutes=-1), True), (-YEAR, False)])
+def test_the_end_of_a_run_is_not_awaited_until_the_clock_has_caught_up(ahead: timedelta, waits: bool) -> None:
+    record = record_of_this_process("run-1", STRUCTURE, "own")
+    ended = replace(record, ended_at=(datetime.now(UTC) + ahead).isoformat())
+    assert recovery._may_tell_itself(ended) is waits
 
 
 def test_homes_dated_far_ahead_are_swept_too(tmp_path: Path) -> None:
