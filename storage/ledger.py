@@ -70,8 +70,8 @@ def newest_run_time(ws: Workspace, structure: str) -> datetime | None:
     """
     folder = table_path(ws, RUNS, structure, "any").parent
     names = [*(path.stem for path in folder.glob("*.parquet")), *runs_on_record(ws)]
-    times = (time for name in names if (time := _run_time(name)) is not None)
-    return max(times, default=None)
+    # as they sort, so that of thousands one is read
+    return next((time for name in sorted(names, reverse=True) if (time := _run_time(name)) is not None), None)
 
 
 def _run_time(name: str) -> datetime | None:
