@@ -57,10 +57,21 @@ class Clock:
         kept |= {"LD_PRELOAD": str(self._library), "SET_CLOCK_FILE": str(self._file)}
         return kept if zone is None else kept | {"TZ": zone}
 
-    def start(self, site: Site, *words: object, zone: str | None = None) -> "subprocess.Popen[str]":
-        """Begin a command on a site."""
+    def start(
+        self, site: Site, *words: object, zone: str | None = None, file: Path | None = None
+    ) -> "subprocess.Popen[str]":
+        """Begin a command on a site, or on another campaign file in it."""
         name, *rest = words
-        asked = [sys.executable, "-m", "flows.cli", name, site.file, *rest, "--workspace", site.workspace]
+        asked = [
+            sys.executable,
+            "-m",
+            "flows.cli",
+            name,
+            file or site.file,
+            *rest,
+            "--workspace",
+            site.workspace,
+        ]
         return subprocess.Popen(
             [str(word) for word in asked],
             stdout=subprocess.PIPE,
