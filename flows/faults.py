@@ -5,6 +5,7 @@ import sys
 import tempfile
 import traceback
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -35,15 +36,28 @@ def report_fault(error: BaseException, *, wants_json: bool) -> int:
 
 def keep_log(details: str) -> str:
     """Write a traceback to a log file and return its path, or say that no folder can be written."""
-    name = f"tiltwatch-{datetime.now(UTC):%Y%m%dT%H%M%SZ}-{os.getpid()}.log"
+    name = f"tiltwatch-{datetime.now(UTC):%Y%m%dT%H%M%SZ}-{os.getpid()}"
     text = f"tiltwatch {VERSION}, python {sys.version}, {sys.platform}\ncall: {sys.argv}\n\n{details}"
     for folder in (terminal().log_folder, Path(tempfile.gettempdir())):
         if folder is None:
             continue
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / name).write_text(text, encoding="utf-8")
+            path = _written_beside_others(folder, name, text)
         except OSError:
             continue
-        return str(folder / name)
+        return str(path)
     return "no file: neither the workspace nor the folder for temporary files can be written"
+
+
+def _written_beside_others(folder: Path, name: str, text: str) -> Path:
+    """Write a log under a name that none has: two faults of a second, or of a clock that was set back, are two logs."""
+    for number in count(1):
+        path = folder / (f"{name}.log" if number == 1 else f"{name}.{number}.log")
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(text)
+        except FileExistsError:
+            continue
+        break
+    return path

@@ -4,14 +4,16 @@ import secrets
 from collections.abc import Callable
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from flows.journal_lines import StageAsked, asked_line, outcome_line, row_line, scans_line
 from flows.outcome import EpochOutcome
+from storage.ledger import RUN_TIME, newest_run_time
 from storage.records import StageRunRow
 from storage.run_record import RunJournal
 from storage.verified import Stamp
+from storage.workspace import Workspace
 from tasks.produced import Produced
 
 
@@ -122,9 +124,15 @@ class RunLedger:
         return sum(row.state == state for row in self.rows)
 
 
-def new_run_id() -> str:
-    """Make an id that sorts by time and is safe as a file name."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%SZ}-{secrets.token_hex(3)}"
+def new_run_id(ws: Workspace, structure: str) -> str:
+    """Make an id that sorts behind those of all runs of a structure before it, and is safe as a file name.
+
+    It tells the time; where the clock was set back, it counts on from the newest id, by a second.
+    """
+    now, newest = datetime.now(UTC), newest_run_time(ws, structure)
+    if newest is not None and newest > now:
+        now = newest + timedelta(seconds=1)
+    return f"{now:{RUN_TIME}}-{secrets.token_hex(3)}"
 
 
 current_ledger: ContextVar[RunLedger] = ContextVar("current_ledger")

@@ -68,7 +68,7 @@ def monitor_campaign(
     request = EpochsRequest(campaign_file, str(place.root), left, tuple(schemes or ()))
     if guard is None and deployed:
         guard = guard_of(campaign)
-    with known_code(place), _ledger(campaign) as ledger:
+    with known_code(place), _ledger(place, campaign) as ledger:
         try:
             with kept_run(place, ledger):
                 seen = scans_seen(campaign, left)
@@ -99,13 +99,14 @@ def _process(
 
 
 @contextmanager
-def _ledger(campaign: Campaign) -> Iterator[RunLedger]:
+def _ledger(place: Workspace, campaign: Campaign) -> Iterator[RunLedger]:
     """The ledger of the run that called, or one of this call alone where a notebook or a deployment calls."""
     ledger = current_ledger.get(None)
     if ledger is not None:
         yield ledger
         return
-    ledger = RunLedger(new_run_id(), campaign.structure.id, _log_stage)
+    structure = campaign.structure.id
+    ledger = RunLedger(new_run_id(place, structure), structure, _log_stage)
     token = current_ledger.set(ledger)
     try:
         yield ledger

@@ -26,7 +26,8 @@ def sweep_old_homes(folder: Path, own: Path) -> None:
 def _is_abandoned(home: Path) -> bool:
     """Whether nothing changed in a home for long; not known of that of another user, which is his to remove."""
     try:
-        return time.time() - _last_used_s(home) >= UNUSED_S
+        # dated far ahead: the clock was set back since
+        return abs(time.time() - _last_used_s(home)) >= UNUSED_S
     except PermissionError:
         return False
 

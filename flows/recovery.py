@@ -113,4 +113,5 @@ def _may_tell_itself(record: RunRecord) -> bool:
     """Whether a run came to its own end just now, and its process is still there."""
     if record.ended_at is None or not may_live(record):
         return False
-    return datetime.now(UTC) - datetime.fromisoformat(record.ended_at) < TELL_WITHIN
+    # an end further ahead than that was told before the clock was set back
+    return abs(datetime.now(UTC) - datetime.fromisoformat(record.ended_at)) < TELL_WITHIN

@@ -52,7 +52,7 @@ def run_campaign(
     campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
     check_environment()
     workspace = ready_or_new_workspace(request.workspace)
-    ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
+    ledger = _new_ledger(request, campaign, workspace, on_event)
     token = current_ledger.set(ledger)
     try:
         with known_code(workspace):
@@ -61,6 +61,15 @@ def run_campaign(
         current_ledger.reset(token)
     return RunOutcome(
         ledger.run, workspace.root, ledger.count("computed"), ledger.count("cached"), tuple(outcomes)
+    )
+
+
+def _new_ledger(
+    request: RunRequest, campaign: Campaign, workspace: Workspace, on_event: Callable[[StageEvent], None]
+) -> RunLedger:
+    structure = campaign.structure.id
+    return RunLedger(
+        new_run_id(workspace, structure), structure, on_event, anew=set() if request.anew else None
     )
 
 

@@ -1,7 +1,6 @@
 """The first step of an epoch: every scan that the campaign names is read, or refused with a reason."""
 
 import stat
-import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -13,8 +12,7 @@ from flows.stage_calls import Pending
 from storage.digests import file_sha256
 from storage.errors import StorageError
 from storage.scan_files import offer_scan
-from storage.settled import YOUNGEST_NS
-from storage.verified import stamp_of
+from storage.verified import stamp_of, would_show_change
 from tasks.epoch_tables import ScanInput
 from tasks.exchange import plain
 from tasks.plan import PlannedScan, plan_scans
@@ -116,10 +114,10 @@ def _digest_of(ledger: RunLedger, path: Path) -> str:
     known = None if stamp is None else ledger.digests.get((path, stamp))
     if known is not None:
         return known
-    began_ns = time.time_ns()
+    # asked before it is read: it may be old enough only by the time that takes
+    is_told = stamp is not None and would_show_change(stamp)
     digest = file_sha256(path)
-    is_still = stamp is not None and stamp_of(path) == stamp
-    if is_still and stamp is not None and began_ns - stamp.mtime_ns > YOUNGEST_NS:
+    if is_told and stamp is not None and stamp_of(path) == stamp:
         ledger.digests[path, stamp] = digest
     return digest
 

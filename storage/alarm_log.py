@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Final
 
 from storage.atomic import write_atomically
@@ -19,6 +19,9 @@ UNNUMBERED: Final = ""
 
 _NUMBERED: Final = "????????T??????.??????Z-*.parquet"
 """Names of events that got their id here."""
+
+_MOST_AT_A_TIME: Final = 9999
+"""Of ids with one time: all events since a clock was years ahead count on from the last of those days."""
 
 
 def append_alarm_event(ws: Workspace, row: AlarmEventRow) -> None:
@@ -78,7 +81,11 @@ def _free_id(ws: Workspace, structure: str, not_before: datetime) -> str:
     stamp = f"{not_before.astimezone(UTC):%Y%m%dT%H%M%S.%f}Z"
     folder = table_path(ws, ALARM_EVENTS, structure, stamp).parent
     taken = [int(path.name.split("-")[1].split(".")[0]) for path in folder.glob(f"{stamp}-*.parquet")]
-    return f"{stamp}-{max(taken, default=-1) + 1:04d}"
+    number = max(taken, default=-1) + 1
+    if number > _MOST_AT_A_TIME:
+        # a fifth digit would sort before four
+        return _free_id(ws, structure, not_before + timedelta(microseconds=1))
+    return f"{stamp}-{number:04d}"
 
 
 def _newest(ws: Workspace, structure: str) -> datetime:

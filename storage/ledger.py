@@ -2,8 +2,9 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from storage.atomic import write_our_own
 from storage.digests import text_sha256
@@ -11,10 +12,14 @@ from storage.errors import StorageError
 from storage.locks import publish_lock
 from storage.parquet import encode_rows
 from storage.records import StageRunRow
+from storage.run_record import runs_on_record
 from storage.second_copies import keep_second
 from storage.tables import RUNS, table_path
 from storage.text_parts import PARTS, Known, read_text, write_text
 from storage.workspace import Workspace
+
+RUN_TIME: Final = "%Y%m%dT%H%M%SZ"
+"""How the time is written with which the id of a run begins."""
 
 
 def append_run(ws: Workspace, run: str, structure: str, rows: Sequence[StageRunRow]) -> Path:
@@ -53,6 +58,28 @@ def is_in_ledger(ws: Workspace, run: str, structure: str) -> bool:
         If an id cannot be a file name.
     """
     return table_path(ws, RUNS, structure, run).exists()
+
+
+def newest_run_time(ws: Workspace, structure: str) -> datetime | None:
+    """Time of the newest run of a structure, as the ids of runs say it; None where there is none.
+
+    Raises
+    ------
+    InputError
+        If the id cannot be a file name.
+    """
+    folder = table_path(ws, RUNS, structure, "any").parent
+    names = [*(path.stem for path in folder.glob("*.parquet")), *runs_on_record(ws)]
+    # as they sort, so that of thousands one is read
+    return next((time for name in sorted(names, reverse=True) if (time := _run_time(name)) is not None), None)
+
+
+def _run_time(name: str) -> datetime | None:
+    """The time in the id of a run; None where a program gave it another name."""
+    try:
+        return datetime.strptime(name.partition("-")[0], RUN_TIME).replace(tzinfo=UTC)
+    except ValueError:
+        return None
 
 
 def settings_path(ws: Workspace, digest: str) -> Path:

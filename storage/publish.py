@@ -1,7 +1,6 @@
 """Publish whole epochs: all tables of an epoch change together or not at all, whenever the machine stops."""
 
 import hashlib
-import math
 import shutil
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -9,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final, Literal
+from uuid import uuid4
 
 from storage.atomic import TEMP_SUFFIX, make_folder, replace_file, sync_folder, write_our_own, write_temp
 from storage.digests import file_sha256
@@ -159,20 +159,23 @@ def stale_temps(ws: Workspace) -> list[Path]:
         *ws.tmp.glob("catalog*"),
         *ws.runs.glob(f"*/*{TEMP_SUFFIX}"),
     ]
-    oldest_alive = time.time() - _ABANDONED_S
+    now_s = time.time()
     of_epochs = (*ws.intake.glob("*/"), *ws.previews.glob("*/"))
     folders = (ws.root, ws.artifacts, ws.records, *ws.runs.glob("*/*/"), *of_epochs)
     others = [path for folder in folders for path in folder.glob(f"*{TEMP_SUFFIX}")]
-    abandoned = [path for path in others if is_writer_gone(path) or _changed_s(path) < oldest_alive]
+    abandoned = [path for path in others if is_writer_gone(path) or _age_s(path, now_s) > _ABANDONED_S]
     return sorted(path for path in (*under_lock, *abandoned) if path.is_file())
 
 
-def _changed_s(path: Path) -> float:
-    """When a file changed, seconds since 1970; one that was put in place meanwhile is as new as can be."""
+def _age_s(path: Path, now_s: float) -> float:
+    """How far the last change of a file is from now, either way: one that is dated ahead is older than the set clock.
+
+    One that was put in place meanwhile is as new as can be.
+    """
     try:
-        return path.stat().st_mtime
+        return abs(now_s - path.stat().st_mtime)
     except FileNotFoundError:
-        return math.inf
+        return 0.0
 
 
 def _sweep(ws: Workspace) -> int:
@@ -210,7 +213,7 @@ def _finish(ws: Workspace, journal: Journal, after_step: Step) -> None:
 
 
 def _set_aside(ws: Workspace, key: EpochKey) -> None:
-    place = ws.tmp / f"set-aside-{time.time_ns()}"
+    place = ws.tmp / f"set-aside-{time.time_ns()}-{uuid4().hex[:8]}"
     paths = [table_path(ws, table, key.structure, key.epoch) for table in EPOCH_TABLES]
     for path in (*paths, seal_path(ws, key)):
         if path.exists():

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -40,7 +41,7 @@ class RunRecord:
     host: str
     pid: int
     process_started_at: float
-    """When that process began, seconds since 1970: an id may be used again by another."""
+    """When that process began, in seconds since ``boot``; since 1970 where that is none: an id may be used again."""
     began_at: str
     server: str
     """Address of the workflow server that knows the flow run; ``own`` where the run started one for itself."""
@@ -52,6 +53,8 @@ class RunRecord:
     """When the run came to its own end, well or by an exception; then the ledger has it."""
     finished: bool = False
     """Whether it came to an end with an outcome for every epoch."""
+    boot: str | None = None
+    """Since when the machine was up, as it names that itself: the clock may be set, and then all starts seem to move."""
 
 
 @dataclass(slots=True)
@@ -108,6 +111,7 @@ def record_of_this_process(run: str, structure: str, server: str) -> RunRecord:
         began_at,
         server,
         None,
+        boot=_boot(),
     )
 
 
@@ -201,6 +205,8 @@ def may_live(record: RunRecord) -> bool:
     """Whether the process of a run may still be there; on another host nobody can tell."""
     if record.host != socket.gethostname():
         return True
+    if record.boot != _boot():
+        return False
     started_at = _started_at(record.pid)
     return started_at is not None and abs(started_at - record.process_started_at) < START_TOLERANCE_S
 
@@ -223,12 +229,30 @@ def _now() -> str:
 
 
 def _started_at(pid: int) -> float | None:
-    """When a process began, seconds since 1970; None where there is none, or it is a zombie."""
+    """When a process began, seconds since the boot or 1970; None where there is none, or it is a zombie."""
     psutil = importlib.import_module("psutil")
     try:
         process = psutil.Process(pid)
-        return None if process.status() == psutil.STATUS_ZOMBIE else float(process.create_time())
-    except psutil.Error:
+        if process.status() == psutil.STATUS_ZOMBIE:
+            return None
+        # from the boot on: psutil adds the time of the boot, which the system reckons back from the clock as it is now
+        return float(process.create_time()) if _boot() is None else _since_boot_s(pid)
+    except (psutil.Error, FileNotFoundError, ProcessLookupError):
+        return None
+
+
+def _since_boot_s(pid: int) -> float:
+    told = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    # its second part, the name, may hold anything; the start is the 22nd
+    return int(told.rpartition(")")[2].split()[19]) / os.sysconf("SC_CLK_TCK")
+
+
+@cache
+def _boot() -> str | None:
+    """What tells this time of the machine being up from others; None where the system does not say."""
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except (OSError, ValueError):
         return None
 
 

@@ -1,10 +1,8 @@
 """Epochs that were published and need no second look until a scan, a setting or the code changes."""
 
 import json
-import time
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Final
 
 from storage.atomic import write_our_own
 from storage.digests import text_sha256
@@ -13,11 +11,8 @@ from storage.parquet import read_rows
 from storage.records import EpochRow
 from storage.seals import seal_path
 from storage.tables import EPOCH_TABLES, EpochKey, table_path
-from storage.verified import Stamp, stamp_of
+from storage.verified import Stamp, stamp_of, would_show_change
 from storage.workspace import Workspace
-
-YOUNGEST_NS: Final = 2_000_000_000
-"""A file that changed within a tick of the system's clock may change again and keep its time."""
 
 
 def settled_by(ws: Workspace, structure: str, epoch: str, inputs: str, scans: Iterable[Path]) -> str | None:
@@ -63,9 +58,9 @@ def settle(
     StorageError
         If the disk refuses.
     """
-    youngest = [stamp.mtime_ns for stamp in before.values() if stamp is not None]
+    young = [stamp for stamp in before.values() if stamp is not None and not would_show_change(stamp)]
     mark = _mark(ws, structure, epoch, inputs, before)
-    if mark is None or stamps_of(before) != before or time.time_ns() - max(youngest, default=0) < YOUNGEST_NS:
+    if mark is None or young or stamps_of(before) != before:
         return False
     (row,) = read_rows(table_path(ws, "epochs", structure, epoch), "epochs", EpochRow)
     write_our_own(_place(ws, structure, epoch), json.dumps([row.run, mark]).encode())

@@ -2,9 +2,11 @@
 
 All stores share one cache: a file is known by its digest. It is a folder of this machine (``TILTWATCH_CACHE``, else
 ``~/.cache/tiltwatch``) and holds at most ``TILTWATCH_CACHE_GB`` (20), or what was used in the last ten minutes if that is
-more: a stage may be reading it.
+more: a stage may be reading it. What was used in the future, as the clock has it that was set back since, was not used
+since then, and goes first.
 """
 
+import math
 import os
 import threading
 import time
@@ -79,16 +81,17 @@ class StoreCache:
                 memory.unlink()
         for temp in self.root.glob(f"artifacts/*{TEMP_SUFFIX}"):
             with suppress(FileNotFoundError):
-                if temp.stat().st_mtime < time.time() - _ABANDONED_S:
+                if abs(time.time() - temp.stat().st_mtime) > _ABANDONED_S:
                     temp.unlink()
+        now_s = time.time()
         used = []
         for path in self.root.glob("artifacts/*/*"):
             with suppress(FileNotFoundError):
                 stat = path.stat()
-                used.append((stat.st_atime, stat.st_size, path))
+                used.append((_age_s(stat.st_atime, now_s, self.in_use_s), stat.st_size, path))
         too_much = sum(size for _, size, _ in used) - self.limit_bytes
-        for last_use, size, path in sorted(used):
-            if too_much <= 0 or last_use > time.time() - self.in_use_s:
+        for age_s, size, path in sorted(used, reverse=True):
+            if too_much <= 0 or age_s < self.in_use_s:
                 return
             path.unlink(missing_ok=True)
             too_much -= size
@@ -96,6 +99,12 @@ class StoreCache:
     @property
     def _held(self) -> FolderStore:
         return FolderStore(self.root)
+
+
+def _age_s(last_use_s: float, now_s: float, in_use_s: float) -> float:
+    """How long ago a file was used; for ever where that lies further ahead than ``in_use_s``."""
+    age_s = now_s - last_use_s
+    return math.inf if age_s < -in_use_s else age_s
 
 
 def cache_of_machine() -> StoreCache:

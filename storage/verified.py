@@ -9,8 +9,11 @@ from typing import Final
 
 from storage.workspace import Workspace
 
-# a file that changed within the tick of the system's clock may keep its mtime; FAT ticks every 2 s
-_YOUNGEST_NS: Final = 2_000_000_000
+YOUNGEST_NS: Final = 2_000_000_000
+"""A file that changed within the tick of the system's clock may change again and keep its time; FAT ticks every 2 s."""
+
+AHEAD_NS: Final = 86_400 * 1_000_000_000
+"""The clock of a file server, or a local time on FAT, may be so far ahead of this machine's, and not more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +45,16 @@ def stamp_of(path: Path) -> Stamp | None:
     return Stamp(stat.st_ino, stat.st_size, stat.st_mtime_ns)
 
 
+def would_show_change(stamp: Stamp) -> bool:
+    """Whether a change from now on gives a file another time than it has.
+
+    One that is dated further ahead than any clock is wrong was dated so by hand, by a scanner, or before the clock was
+    set back: a change dates it back.
+    """
+    age_ns = time.time_ns() - stamp.mtime_ns
+    return age_ns >= YOUNGEST_NS or age_ns < -AHEAD_NS
+
+
 def is_remembered(ws: Workspace, path: Path) -> bool:
     """Whether the file was found whole before, by any process, and carries the same stamp since."""
     stamp = stamp_of(path)
@@ -51,7 +64,7 @@ def is_remembered(ws: Workspace, path: Path) -> bool:
 def remember(ws: Workspace, path: Path) -> None:
     """Note that the file was found whole just now; one too young for its stamp to be trusted is not noted."""
     stamp = stamp_of(path)
-    if stamp is None or time.time_ns() - stamp.mtime_ns < _YOUNGEST_NS:
+    if stamp is None or not would_show_change(stamp):
         return
     # one short line appended at once: several processes may do so without a lock, and a torn line is skipped;
     # where the disk takes no more, or is read-only, the file is hashed once more another time

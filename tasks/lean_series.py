@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from storage.records import TiltRow
-from tasks.trend import LeanSeries
+from tasks.trend import DAYS_A_YEAR, LeanSeries
 
-YEAR: Final = timedelta(days=365.25)
+YEAR: Final = timedelta(days=DAYS_A_YEAR)
 
 LEAST_RATIO: Final = 1e-9
 """Of the eigenvalues of a covariance; below it is singular up to rounding."""

@@ -27,13 +27,11 @@ class Run:
 
 
 def runs_of(rows: Sequence[StageRunRow]) -> list[Run]:
-    """The runs of a structure, the newest first."""
+    """The runs of a structure, the newest first: by their ids, which sort as they began also where a clock was set."""
     by_run: dict[str, list[StageRunRow]] = {}
     for row in rows:
         by_run.setdefault(row.run, []).append(row)
-    return sorted(
-        (_run(name, stages) for name, stages in by_run.items()), key=lambda run: run.began_at, reverse=True
-    )
+    return [_run(name, by_run[name]) for name in sorted(by_run, reverse=True)]
 
 
 def _run(name: str, rows: Sequence[StageRunRow]) -> Run:

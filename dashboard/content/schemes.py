@@ -113,7 +113,7 @@ def seconds_of(runs: Sequence[StageRunRow], pair: Pair) -> tuple[float | None, s
     ours = [row for row in runs if row.stage.endswith(f" {pair[0]}/{pair[1]}")]
     if not ours:
         return None, "no run of the ledger tells of it"
-    newest = max(ours, key=lambda row: row.started_at).run
+    newest = max(row.run for row in ours)
     spent = {row.cache_key: row.seconds for row in ours if row.seconds is not None}
     parts = [spent.get(row.cache_key) for row in ours if row.run == newest]
     known = [part for part in parts if part is not None]

@@ -82,7 +82,7 @@ def _keep(place: "Workspace", campaign: "Campaign", epochs: tuple[str, ...], lab
     from flows.ledger import new_run_id
     from storage.archive import archive_version
 
-    version = f"before-{new_run_id()}" if label is None else _checked(label)
+    version = f"before-{new_run_id(place, campaign.structure.id)}" if label is None else _checked(label)
     kept = archive_version(place, campaign.structure.id, version, epochs, "processed again")
     note(
         f"{len(kept)} of {len(epochs)} epochs kept as version {version}; "

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
+from uuid import uuid4
 
 from flows.upload.names import upload_name
 from flows.upload.store import UploadStore
@@ -67,4 +68,5 @@ def _set_aside(target: Path, inbox: Path) -> None:
         return
     folder = inbox / SUPERSEDED
     make_folder(folder)
-    replace_file(target, folder / f"{datetime.now(UTC):%Y%m%dT%H%M%S%fZ}-{target.name}")
+    # a clock that was set back may give a time twice, and what lies there is not to be lost
+    replace_file(target, folder / f"{datetime.now(UTC):%Y%m%dT%H%M%S%fZ}-{uuid4().hex[:8]}-{target.name}")

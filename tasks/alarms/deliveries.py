@@ -58,7 +58,7 @@ def due_messages(alarms: Sequence[Alarm], subscription: Subscription, now: datet
             continue
         for target in subscription.targets:
             last, pause = heard[target], timedelta(hours=subscription.hours_between)
-            if last is not None and pause and now - last < pause:
+            if last is not None and _is_within(last, pause, now):
                 continue
             message = _message(alarm, news, target, now)
             if message is not None:
@@ -94,9 +94,19 @@ def _message(alarm: Alarm, news: AlarmEventRow, target: str, now: datetime) -> M
     if not heard_of_it and _is_over(news) and (news.action == "closed" or now - news.happened_at > NEWS_FOR):
         return None
     failures = [e.happened_at for e in sent if e.action == "delivery failed" and e.about == news.event]
-    if len(failures) >= MOST_TRIES or (failures and now < max(failures) + pause_after(len(failures))):
+    if len(failures) >= MOST_TRIES or (
+        failures and _is_within(failures[-1], pause_after(len(failures)), now)
+    ):
         return None
     return Message(alarm, news, target, len(failures))
+
+
+def _is_within(then: datetime, pause: timedelta, now: datetime) -> bool:
+    """Whether a pause that began then still lasts; not one that begins ahead of the clock, which was set back since.
+
+    Rather a message too many than silence until the clock has caught up, which may take years.
+    """
+    return then <= now < then + pause
 
 
 def pause_after(failures: int) -> timedelta:
@@ -110,11 +120,13 @@ def _is_over(news: AlarmEventRow) -> bool:
 
 
 def _last_heard(alarms: Sequence[Alarm], target: str) -> datetime | None:
-    return max(_times_heard(alarms, target), default=None)
+    """When a target was told of a rule last: in the order of the log, which a clock that was set back does not turn."""
+    heard = [(event.event, event.happened_at) for event in _deliveries(alarms, target)]
+    return max(heard)[1] if heard else None
 
 
-def _times_heard(alarms: Sequence[Alarm], target: str) -> Iterator[datetime]:
+def _deliveries(alarms: Sequence[Alarm], target: str) -> Iterator[AlarmEventRow]:
     for alarm in alarms:
         for event in alarm.sent:
             if event.target == target and event.action == "delivered":
-                yield event.happened_at
+                yield event

@@ -11,7 +11,8 @@ from tasks.alarms.record import PendingEpoch, Record
 class LateStationRule:
     """Broken where stations of an epoch are missing longer than ``hours`` after its first one arrived.
 
-    It eases when all have arrived, or the epoch was processed without them.
+    It eases when all have arrived, or the epoch was processed without them. Where that arrival lies further ahead of the
+    clock than ``hours``, one of the two times is wrong and nobody knows how long it was: it is broken then.
     """
 
     hours: float
@@ -37,18 +38,24 @@ class LateStationRule:
             return self._arrived("all stations have arrived")
         hours = (record.now - epoch.first_arrival).total_seconds() / 3600.0
         return Finding(
-            value=hours,
+            value=abs(hours),
             limit_value=self.hours,
             unit="h",
-            broken=hours > self.hours,
+            broken=abs(hours) > self.hours,
             eased=False,
-            what=f"{', '.join(epoch.missing)} missing {hours:.1f} hours after the first station of {epoch.epoch} arrived;"
+            what=f"{', '.join(epoch.missing)} missing {_after(hours)} the first station of {epoch.epoch} arrived;"
             f" allowed are {self.hours:g}",
         )
 
     def _arrived(self, what: str) -> Finding:
         """Nothing is waited for any more: for zero hours, that is."""
         return Finding(value=0.0, limit_value=self.hours, unit="h", broken=False, eased=True, what=what)
+
+
+def _after(hours: float) -> str:
+    if hours >= 0.0:
+        return f"{hours:.1f} hours after"
+    return f"by a clock that says {-hours:.1f} hours before"
 
 
 KIND = RuleKind(

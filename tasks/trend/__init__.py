@@ -16,11 +16,12 @@ from tasks.trend.limit_date import LimitDate, limit_date
 from tasks.trend.onsets import EPOCHS_BESIDE, KINDS, Kind, change_column
 from tasks.trend.outlook import TREND_P, Outlook, PlaneVector
 from tasks.trend.series import LeanSeries
-from tasks.trend.terms import Terms, choose_terms, design_columns
+from tasks.trend.terms import DAYS_A_YEAR, Terms, choose_terms, design_columns
 
 __all__ = [
     "ALARM_RUN_LENGTH",
     "CHANGE_EPOCHS",
+    "DAYS_A_YEAR",
     "EPOCHS_BESIDE",
     "KINDS",
     "TREND_P",

@@ -11,6 +11,12 @@ from tasks.trend.series import LeanSeries
 RATE_EPOCHS: Final = 3
 """Below, a line goes through whatever was measured and nothing can contradict it."""
 
+RATE_DAYS: Final = 1.0
+"""Between first and last epoch; within a day a structure was measured once, in parts or repeatedly."""
+
+DAYS_A_YEAR: Final = 365.25
+"""All years are as long, leap years too: a rate per year is one per so many days."""
+
 WALK_EPOCHS: Final = 6
 """Below, the random walk cannot be told from the rate: so few epochs allow for any walk, and no rate is ever found."""
 
@@ -69,6 +75,9 @@ def choose_terms(series: LeanSeries) -> Terms:
         return Terms(
             False, False, False, False, f"no rate: {_counted(n)} over {span:.2f} years, needs {RATE_EPOCHS}"
         )
+    if span * DAYS_A_YEAR < RATE_DAYS:
+        why = f"no rate: {_counted(n)} within {86_400.0 * DAYS_A_YEAR * span:.3g} s, needs {RATE_DAYS:g} day"
+        return Terms(False, False, False, False, why)
     temperature, why_temperature = _temperature(series)
     season, why_season = _season(series, temperature)
     walk = n >= WALK_EPOCHS

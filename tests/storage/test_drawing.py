@@ -11,6 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 from ezdxf.document import Drawing as Document
 from ezdxf.filemanagement import readfile
+from ezdxf.sections.classes import CLASS_DEFINITIONS
 from pyproj import Transformer
 
 from storage import views
@@ -54,6 +55,13 @@ def table(content: bytes) -> list[dict[str, str]]:
 def top_of(tilt: TiltRow) -> tuple[float, float, float]:
     east = EAST + tilt.base_east_m + HEIGHT_M * tilt.lean_east
     return (east, NORTH + tilt.base_north_m + HEIGHT_M * tilt.lean_north, UP + HEIGHT_M)
+
+
+def test_dxf_names_its_classes_in_an_order_that_no_process_changes(filled: Workspace, tmp_path: Path) -> None:
+    document = as_dxf(drawn(filled, "axis", "dxf"), tmp_path)
+    used = sorted(document.entitydb.dxf_types_in_use() & set(CLASS_DEFINITIONS))
+    assert len(used) > 1
+    assert [one.dxf.name for one in document.classes][: len(used)] == used
 
 
 def test_dxf_has_the_axis_as_a_line_in_space_in_metres(

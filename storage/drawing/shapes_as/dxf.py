@@ -45,6 +45,9 @@ def encode(drawing: Drawing) -> bytes:
             document.header.custom_vars.append(name, _one_line(value))
         for feature in drawing.features:
             _draw(document, feature)
+        # ezdxf takes them out of a set, in an order that differs from process to process
+        for kind in sorted(document.entitydb.dxf_types_in_use()):
+            document.classes.add_class(kind)
         text = io.StringIO(newline="")
         document.write(text)
     return text.getvalue().encode("utf-8", "replace")

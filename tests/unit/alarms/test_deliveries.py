@@ -146,3 +146,26 @@ def test_two_alarms_of_a_rule_are_one_message_within_its_hours() -> None:
     log.evaluate(points(11.0, 5.0, 12.0))
     assert len(due(log)) == 2
     assert len(due(log, Subscription(("mail",), 6.0))) == 1
+
+
+@pytest.mark.parametrize("back", [timedelta(minutes=30), timedelta(days=3650)])
+def test_a_clock_that_was_set_back_silences_nobody(back: timedelta) -> None:
+    rare = Subscription(("mail",), 6.0)
+    log = raised()
+    sent(log, due(log, rare)[0])
+    log.evaluate(points(11.0, 20.0))
+    now = log.events[-1].happened_at - back
+    (message,) = due_messages(log.alarms, rare, now)
+    sent(log, message, "delivery failed", now)
+    assert due_messages(log.alarms, rare, now + FIRST_PAUSE * 0.5) == []
+    (message,) = due_messages(log.alarms, rare, now + FIRST_PAUSE)
+    sent(log, message, at=now + FIRST_PAUSE)
+    log.evaluate(points(11.0, 20.0, 30.0))
+    assert due_messages(log.alarms, rare, now + timedelta(hours=1)) == []
+    assert len(due_messages(log.alarms, rare, now + timedelta(hours=7))) == 1
+
+
+def test_a_failure_dated_ahead_is_tried_again_at_once() -> None:
+    log = raised()
+    sent(log, due(log)[0], "delivery failed", log.events[-1].happened_at + timedelta(days=3650))
+    assert len(due_messages(log.alarms, MAIL, log.events[0].happened_at + FIRST_PAUSE)) == 1

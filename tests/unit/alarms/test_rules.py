@@ -255,6 +255,16 @@ def test_a_campaign_is_missed_by_the_clock(days: float, broken: bool) -> None:
     assert (found.broken, found.eased, found.unit) == (broken, not broken, "d")
 
 
+def test_an_epoch_dated_years_ahead_keeps_no_missed_campaign_quiet() -> None:
+    now = time_of(0) + timedelta(days=38)
+    rule = RULES["missed-campaign"].rule(interval_days=30.0, grace_days=7.0)
+    (point,) = rule.points(record(epoch(0), epoch(40), now=now))
+    assert (point.place, point.finding.broken) == ("e0", True)
+    assert rule.points(record(epoch(40), now=now)) == []
+    (point,) = rule.points(record(epoch(0), now=START - timedelta(hours=3)))
+    assert "is dated ahead of this machine's clock" in point.finding.what
+
+
 def test_a_failed_epoch_is_no_campaign() -> None:
     looked_at = record(epoch(0), epoch(1, state="failed"), now=time_of(1) + timedelta(days=1))
     (point,) = RULES["missed-campaign"].rule(interval_days=300.0, grace_days=0.0).points(looked_at)
@@ -275,6 +285,15 @@ def test_a_station_is_late_by_the_clock() -> None:
     assert found.broken
     assert found.what.startswith("ST03, ST04 missing 6.5 hours after the first station of e9 arrived")
     assert late(100.0).eased
+
+
+def test_a_station_is_late_too_where_the_clock_was_set_back_since_the_first_arrived() -> None:
+    assert not late(-5.9, "ST03").broken
+    found = late(-87_660.0, "ST03")
+    assert found.broken
+    assert found.what.startswith(
+        "ST03 missing by a clock that says 87660.0 hours before the first station of e9"
+    )
 
 
 def test_a_processed_epoch_waits_for_nothing() -> None:

@@ -1,0 +1,1 @@
+"""Processes that live by another clock."""
