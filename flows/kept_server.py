@@ -35,7 +35,8 @@ from flows.workflow_server import (
     server_lock,
     version_of_servers,
 )
-from storage.errors import TiltwatchError
+from storage.atomic import make_folder
+from storage.errors import StorageError, TiltwatchError
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 
@@ -240,14 +241,14 @@ def _taken_lock(folder: Path) -> FileLock:
         raise NoServerError(
             f"another process holds {folder / 'server.lock'} for more than {START_S:.0f} s"
         ) from None
-    except (OSError, NotImplementedError) as fault:
+    except (OSError, NotImplementedError, StorageError) as fault:
         raise NoServerError(f"no lock in {folder}: {fault}") from fault
     return lock
 
 
 def _make_private(folder: Path) -> None:
     """Make the folder of a server, or take what others may do in it away: its database says what was run with what."""
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     if stat.S_IMODE(folder.stat().st_mode) & 0o077:
         with suppress(PermissionError):  # that of another user: who may use it is for him to say
             folder.chmod(0o700)

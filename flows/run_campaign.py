@@ -11,6 +11,8 @@ from flows.outcome import EpochOutcome, RunOutcome
 from flows.prefect_home import check_environment, prepare_prefect, users_server
 from flows.settled_epochs import chosen_epochs, settled_outcomes
 from flows.settled_run import finish_settled_run, has_unfinished_runs
+from flows.terminal import note
+from storage.presence import held_in_place
 from storage.upgrade import ready_or_new_workspace
 from storage.workspace import Workspace
 from tasks.settings import Campaign
@@ -51,17 +53,27 @@ def run_campaign(
     """
     campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
     check_environment()
+    _tell_if_new(request.workspace)
     workspace = ready_or_new_workspace(request.workspace)
     ledger = RunLedger(new_run_id(), campaign.structure.id, on_event, anew=set() if request.anew else None)
     token = current_ledger.set(ledger)
     try:
-        with known_code(workspace):
+        with held_in_place(workspace.root), known_code(workspace):
             outcomes = _outcomes(request, campaign, workspace, ledger)
     finally:
         current_ledger.reset(token)
     return RunOutcome(
         ledger.run, workspace.root, ledger.count("computed"), ledger.count("cached"), tuple(outcomes)
     )
+
+
+def _tell_if_new(place: Path) -> None:
+    """Say that nothing was there: to who has results in a workspace, its drive may be missing."""
+    if not Workspace(place).identity.exists():
+        note(
+            f"no workspace at {place} yet: a new one is made; if results should be there, end this run and look for their "
+            "drive"
+        )
 
 
 def _outcomes(

@@ -6,6 +6,7 @@ from pathlib import Path
 from storage.atomic import make_folder
 from storage.errors import StorageError
 from storage.identity import SCHEMA_VERSION, Identity, read_identity, write_identity
+from storage.presence import check_mounted
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +107,8 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     Raises
     ------
     StorageError
-        If the path is a file, cannot be written, or is a workspace of a newer version.
+        If the path is a file, cannot be written, is a workspace of a newer version, or the drive is missing that it
+        should lie on.
     """
     workspace = Workspace(path.expanduser().resolve())
     if workspace.root.exists() and not workspace.root.is_dir():
@@ -114,6 +116,7 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     if workspace.identity.exists():
         _check_version(workspace)
     else:
+        check_mounted(workspace.root)
         write_identity(workspace.identity, Identity(SCHEMA_VERSION, made_by))
     for folder in ("artifacts", "records", "tables", "runs", "prefect", "locks", "tmp"):
         make_folder(workspace.root / folder)
