@@ -62,7 +62,7 @@ def check_in_place(path: Path) -> None:
             raise _gone(root)
 
 
-def check_mounted(root: Path, fstab: Path = FSTAB) -> None:
+def check_mounted(root: Path, fstab: Path | None = None) -> None:
     """Refuse a new workspace below a mount point whose drive is not mounted.
 
     Only drives that the system was told of can be missed: where `fstab` names none, an empty folder is a folder.
@@ -72,12 +72,23 @@ def check_mounted(root: Path, fstab: Path = FSTAB) -> None:
     StorageError
         With what to mount.
     """
+    fstab = fstab or FSTAB
     for point in _mount_points(fstab):
         if root.is_relative_to(point) and point != Path("/") and not os.path.ismount(point):
             raise StorageError(
                 f"no workspace at {root}: {point} is the place of a drive ({fstab}) and none is mounted there; "
                 f"mount it (`mount {point}`) and run again, or name another folder with --workspace"
             )
+
+
+def may_be_unmounted(path: Path) -> bool:
+    """Whether a file that is missing may be on a drive that is: its folder is gone or holds nothing, as a mount point does."""
+    try:
+        return not any(path.parent.iterdir())
+    except (FileNotFoundError, NotADirectoryError):
+        return True
+    except OSError:
+        return False
 
 
 def _mount_points(fstab: Path) -> list[Path]:

@@ -90,9 +90,10 @@ def failing_drive(image: Path, place: Path, megabytes: int) -> Iterator[Drive]:
     maker = shutil.which("mkfs.ext4")
     if maker is None:
         raise OSError("there is no mkfs.ext4")
-    with image.open("wb") as file:
-        file.truncate(megabytes << 20)
-    subprocess.run([maker, "-q", str(image)], check=True, capture_output=True)
+    if not image.exists():
+        with image.open("wb") as file:
+            file.truncate(megabytes << 20)
+        subprocess.run([maker, "-q", str(image)], check=True, capture_output=True)
     place.mkdir(parents=True, exist_ok=True)
     _mount("-o", "loop,errors=remount-ro", str(image), str(place))
     try:
@@ -103,6 +104,6 @@ def failing_drive(image: Path, place: Path, megabytes: int) -> Iterator[Drive]:
 
 def fail(drive: Drive) -> None:
     """Let the file system of a failing drive find a fault: it is read-only from now on."""
-    number = os.stat(drive.place).st_dev
+    number = drive.place.stat().st_dev
     name = Path(f"/sys/dev/block/{os.major(number)}:{os.minor(number)}").resolve().name
     Path(f"/sys/fs/ext4/{name}/trigger_fs_error").write_text("1", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Whole runs on a drive that is full, or becomes so: told with what to do, old results as they were, the next run as if nothing."""
+"""Whole runs on a drive that is full, or becomes so: told with what to do, nothing lost, the next run as undisturbed."""
 
 import random
 from collections.abc import Iterator
