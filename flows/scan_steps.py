@@ -94,7 +94,10 @@ def _digest_or_reason(work: EpochWork, path: Path) -> tuple[str, str | None]:
         if not may_be_unmounted(path):
             return "", f"{path}: {unfit} in the campaign file"
         work.calls.ledger.passing.add(work.epoch.id)
-        return "", f"{path}: {unfit} in the campaign file; {path.parent} is empty or gone: mount its drive if it has one"
+        return (
+            "",
+            f"{path}: {unfit} in the campaign file; {path.parent} is empty or gone: mount its drive if it has one",
+        )
     try:
         return _digest_of(work.calls.ledger, path), None
     except StorageError as fault:

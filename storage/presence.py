@@ -82,7 +82,7 @@ def check_mounted(root: Path, fstab: Path | None = None) -> None:
 
 
 def may_be_unmounted(path: Path) -> bool:
-    """Whether a file that is missing may be on a drive that is: its folder is gone or holds nothing, as a mount point does."""
+    """Whether a missing file may be on a missing drive: its folder is gone or holds nothing, as a mount point does."""
     try:
         return not any(path.parent.iterdir())
     except (FileNotFoundError, NotADirectoryError):

@@ -74,7 +74,7 @@ MOMENTS = random.Random(8)
 
 
 @slow
-@pytest.mark.parametrize("part", [(number + MOMENTS.random()) / 8 for number in range(8)])
+@pytest.mark.parametrize("part", [(number + MOMENTS.random()) / 5 for number in range(5)])
 @pytest.mark.parametrize("campaign", [TWO, CHANGED])
 def test_a_drive_that_becomes_full_under_a_run_is_told_and_the_next_run_ends_as_undisturbed(
     site: DriveSite, undisturbed: dict[str, Undisturbed], campaign: str, part: float

@@ -59,7 +59,7 @@ def call_as(user: int, site: DriveSite, *words: object, limit: Callable[[], None
         text=True,
         timeout=300,
         check=False,
-        preexec_fn=limit,  # noqa: PLW1509 - one thread, and nothing but a limit is set
+        preexec_fn=limit,
     )
     assert "Traceback" not in done.stdout + done.stderr
     return Called(done.returncode, done.stdout, done.stderr)
