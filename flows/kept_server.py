@@ -8,15 +8,12 @@ import base64
 import http.client
 import json
 import os
-import re
 import secrets
-import stat
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -25,6 +22,8 @@ from typing import Final
 
 from filelock import FileLock, Timeout
 
+from flows.server_check import why_it_cannot_write
+from flows.server_folder import make_private, sweep_unfinished_records
 from flows.terminal import note
 from flows.workflow_server import (
     LOOPBACK,
@@ -35,7 +34,6 @@ from flows.workflow_server import (
     server_lock,
     version_of_servers,
 )
-from storage.atomic import make_folder
 from storage.errors import StorageError, TiltwatchError
 
 ROOT: Final = Path(__file__).resolve().parents[1]
@@ -171,11 +169,12 @@ class ServerSearch:
         Raises
         ------
         NoServerError
-            If it ends, or does not answer within two minutes.
+            If it ends, does not answer within two minutes, or can write nothing down.
         """
         try:
             if self._process is not None and self._lease is None:
                 self._lease = _when_it_answers(self._process, self.record)
+            check_writes(self._lease)
         except BaseException:
             if self._process is not None:
                 self._process.terminate()
@@ -185,6 +184,14 @@ class ServerSearch:
         if self._lease is None:
             raise NoServerError("nobody started it")
         return self._lease
+
+
+def check_writes(lease: Lease | None) -> None:
+    """Leave a server that cannot write anything down, and say why."""
+    why_not = None if lease is None else why_it_cannot_write(lease.record)
+    if lease is not None and why_not is not None:
+        lease.connection.close()
+        raise NoServerError(why_not)
 
 
 def _when_it_answers(process: "subprocess.Popen[bytes]", record: ServerRecord) -> Lease:
@@ -234,7 +241,7 @@ def keep_alive(lease: Lease, keep_s: float) -> threading.Thread:
 
 def _taken_lock(folder: Path) -> FileLock:
     try:
-        _make_private(folder)
+        make_private(folder)
         lock = server_lock(folder)
         lock.acquire(timeout=START_S)
     except Timeout:
@@ -246,19 +253,11 @@ def _taken_lock(folder: Path) -> FileLock:
     return lock
 
 
-def _make_private(folder: Path) -> None:
-    """Make the folder of a server, or take what others may do in it away: its database says what was run with what."""
-    make_folder(folder)
-    if stat.S_IMODE(folder.stat().st_mode) & 0o077:
-        with suppress(PermissionError):  # that of another user: who may use it is for him to say
-            folder.chmod(0o700)
-
-
 def _start(
     folder: Path, keep_s: float, instead_of: ServerRecord | None
 ) -> tuple["subprocess.Popen[bytes]", ServerRecord]:
     """Start a server apart from this process; it tells its port at once, and answers after seconds."""
-    _sweep_unfinished_records(folder)
+    sweep_unfinished_records(folder)
     mark = secrets.token_hex(8)
     secret = f"tiltwatch:{secrets.token_urlsafe(24)}" if instead_of is None else instead_of.secret
     request = ServerRequest(str(folder), mark, keep_s, 0 if instead_of is None else instead_of.port)
@@ -283,17 +282,6 @@ def _start(
         process.wait()
         raise NoServerError(_why(folder, ended=told is not None))
     return process, ServerRecord(mark, version_of_servers(), str(folder), process.pid, int(told), secret)
-
-
-def _sweep_unfinished_records(folder: Path) -> None:
-    """Remove what servers left that were killed while they wrote their record.
-
-    Who starts one holds the lock until it answers: one that writes now has lost whoever started it, and is not needed.
-    """
-    for path in folder.glob("server.*"):
-        if re.fullmatch(r"server\.[0-9a-f]{16}", path.name):
-            with suppress(OSError):
-                path.unlink()
 
 
 def _first_line(process: "subprocess.Popen[bytes]") -> bytes | None:
