@@ -79,7 +79,7 @@ def test_a_user_who_may_only_read_reads_and_is_told_what_he_may_not(site: DriveS
         ("compare", file, "2025-04", "2025-01"),
         ("verify", file),
         ("export", file, "tilt", "--format", "csv", "--out", out / "tilt.csv"),
-        ("report", file, "--out", out),
+        ("report", file, "--html", out / "report.html"),
     ):
         told = call(site, *words)
         assert told.code in (0, 4, 5, 6), (words, told.err)
