@@ -4,11 +4,9 @@ The user without rights is root without the right to override them, because anot
 """
 
 import os
-import resource
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -45,11 +43,9 @@ def give_away(*places: Path) -> None:
             os.chown(each, NOBODY, NOBODY)
 
 
-def call(site: DriveSite, *words: object, limit: Callable[[], None] | None = None) -> Called:
-    """Call the command line without rights, or under a limit of the system."""
-    asked = [sys.executable, "-m", "flows.cli", *words, "--workspace", site.workspace]
-    if limit is None:
-        asked = ["setpriv", *NO_RIGHTS, *asked]
+def call(site: DriveSite, *words: object) -> Called:
+    """Call the command line without rights."""
+    asked = ["setpriv", *NO_RIGHTS, sys.executable, "-m", "flows.cli", *words, "--workspace", site.workspace]
     done = subprocess.run(
         [str(word) for word in asked],
         cwd=ROOT,
@@ -58,7 +54,6 @@ def call(site: DriveSite, *words: object, limit: Callable[[], None] | None = Non
         text=True,
         timeout=300,
         check=False,
-        preexec_fn=limit,
     )
     assert "Traceback" not in done.stdout + done.stderr
     return Called(done.returncode, done.stdout, done.stderr)
@@ -106,19 +101,3 @@ def test_one_folder_of_somebody_else_is_named(site: DriveSite, folder: str) -> N
     assert told.code == 3, told.err
     assert str(site.workspace / folder) in told.err
     assert "Permission denied" in told.err
-
-
-@slow
-@pytest.mark.parametrize(
-    ("which", "most", "words"),
-    [(resource.RLIMIT_FSIZE, 20_000, "File too large"), (resource.RLIMIT_NOFILE, 24, "Too many open files")],
-    ids=["size of a file", "open files"],
-)
-def test_a_limit_of_the_system_is_told_and_the_next_run_ends_well(
-    site: DriveSite, which: int, most: int, words: str
-) -> None:
-    file = site.scans / "one.toml"
-    told = call(site, "run", file, limit=lambda: resource.setrlimit(which, (most, most)))
-    assert told.code == 3, told.err
-    assert words in told.err
-    assert site.run("one.toml").code == 0

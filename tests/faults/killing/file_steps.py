@@ -57,6 +57,7 @@ class Steps:
         if not place.startswith(f"{self.root}/") or "/prefect/" in place or "/locks/" in place:
             return
         self.done.append(f"{event} {place[len(str(self.root)) + 1 :]}")
-        if len(self.done) == self.kill_at:
+        if 0 < self.kill_at <= len(self.done):  # another thread may have taken a step meanwhile
+            self.kill_at = 0
             self.deed()
         time.sleep(self.pause_s)
