@@ -135,7 +135,11 @@ def make_folder(folder: Path) -> None:
     check_in_place(folder)
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
     with faults_of_the_system(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+        # one after the other and none above: a drive may be taken away just now
+        for place in reversed(missing):
+            place.mkdir(exist_ok=True)
+        if not missing and not folder.is_dir():
+            folder.mkdir()
     for place in missing:
         sync_folder(place.parent)
 
