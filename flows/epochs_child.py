@@ -42,6 +42,7 @@ def main(words: Sequence[str]) -> None:
     from flows.known_code import known_code
     from flows.ledger import RunLedger, current_ledger
     from flows.quiet_engine import quiet_engine
+    from storage.presence import held_in_place
     from storage.run_record import journal_of
     from storage.workspace import Workspace
     from tasks.settings.intake import load_with_intake
@@ -53,7 +54,8 @@ def main(words: Sequence[str]) -> None:
     asked = EpochsRequest(
         request.campaign_file, request.workspace, tuple(request.epochs), tuple(request.schemes)
     )
-    with known_code(place), tags(tag_of(request.run)), quiet_engine():
+    held = held_in_place(place.root)
+    with held, known_code(place), tags(tag_of(request.run)), quiet_engine():
         process_epochs(asked, load_with_intake(Path(request.campaign_file), Path(request.workspace)), place)
 
 

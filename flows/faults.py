@@ -42,7 +42,7 @@ def keep_log(details: str) -> str:
         if folder is None:
             continue
         try:
-            folder.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(exist_ok=True)  # a workspace that is not there is not made for a log
             path = _written_beside_others(folder, name, text)
         except OSError:
             continue

@@ -9,13 +9,11 @@ import http.client
 import json
 import os
 import secrets
-import stat
 import subprocess
 import sys
 import threading
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from contextvars import copy_context
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
@@ -24,7 +22,8 @@ from typing import Final
 
 from filelock import FileLock, Timeout
 
-from flows.server_folder import make_fit
+from flows.server_check import why_it_cannot_write
+from flows.server_folder import make_fit, make_private
 from flows.terminal import note
 from flows.workflow_server import (
     LOOPBACK,
@@ -35,7 +34,7 @@ from flows.workflow_server import (
     server_lock,
     version_of_servers,
 )
-from storage.errors import TiltwatchError
+from storage.errors import StorageError, TiltwatchError
 
 ROOT: Final = Path(__file__).resolve().parents[1]
 
@@ -170,11 +169,12 @@ class ServerSearch:
         Raises
         ------
         NoServerError
-            If it ends, or does not answer within two minutes.
+            If it ends, does not answer within two minutes, or can write nothing down.
         """
         try:
             if self._process is not None and self._lease is None:
                 self._lease = _when_it_answers(self._process, self.record)
+            check_writes(self._lease)
         except BaseException:
             if self._process is not None:
                 self._process.terminate()
@@ -184,6 +184,14 @@ class ServerSearch:
         if self._lease is None:
             raise NoServerError("nobody started it")
         return self._lease
+
+
+def check_writes(lease: Lease | None) -> None:
+    """Leave a server that cannot write anything down, and say why."""
+    why_not = None if lease is None else why_it_cannot_write(lease.record)
+    if lease is not None and why_not is not None:
+        lease.connection.close()
+        raise NoServerError(why_not)
 
 
 def _when_it_answers(process: "subprocess.Popen[bytes]", record: ServerRecord) -> Lease:
@@ -233,24 +241,16 @@ def keep_alive(lease: Lease, keep_s: float) -> threading.Thread:
 
 def _taken_lock(folder: Path) -> FileLock:
     try:
-        _make_private(folder)
+        make_private(folder)
         lock = server_lock(folder)
         lock.acquire(timeout=START_S)
     except Timeout:
         raise NoServerError(
             f"another process holds {folder / 'server.lock'} for more than {START_S:.0f} s"
         ) from None
-    except (OSError, NotImplementedError) as fault:
+    except (OSError, NotImplementedError, StorageError) as fault:
         raise NoServerError(f"no lock in {folder}: {fault}") from fault
     return lock
-
-
-def _make_private(folder: Path) -> None:
-    """Make the folder of a server, or take what others may do in it away: its database says what was run with what."""
-    folder.mkdir(parents=True, exist_ok=True)
-    if stat.S_IMODE(folder.stat().st_mode) & 0o077:
-        with suppress(PermissionError):  # that of another user: who may use it is for him to say
-            folder.chmod(0o700)
 
 
 def _start(

@@ -7,6 +7,7 @@ from typing import Final
 from flows.terminal import complain
 from storage.identity import is_identified
 from storage.mend import Mended, losses, mend_copies
+from storage.presence import held_in_place
 from storage.workspace import Workspace, existing_workspace
 
 LOST: Final = 3
@@ -25,14 +26,18 @@ def mend_before(workspace: Path) -> list[Mended]:
     """
     if not is_identified(Workspace(workspace).identity):
         return []
-    found = mend_copies(existing_workspace(workspace))
+    place = existing_workspace(workspace)
+    with held_in_place(place.root):
+        found = mend_copies(place)
     tell(found)
     return [told for told in found if told.is_lost]
 
 
 def lost_after(workspace: Path) -> list[Mended]:
     """Tell what of the published results is not whole after a run, and give it."""
-    found = losses(existing_workspace(workspace))
+    place = existing_workspace(workspace)
+    with held_in_place(place.root):
+        found = losses(place)
     tell(found)
     return found
 

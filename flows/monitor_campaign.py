@@ -24,6 +24,7 @@ from flows.run_keeping import kept_run
 from flows.settled_epochs import chosen_epochs, scans_seen, settle_epochs, settled_outcomes
 from flows.stage_records import PLAIN_JSON
 from storage.catalog import rebuild_catalog
+from storage.presence import held_in_place
 from storage.upgrade import ready_or_new_workspace
 from storage.workspace import Workspace
 from tasks.settings import Campaign
@@ -68,7 +69,7 @@ def monitor_campaign(
     request = EpochsRequest(campaign_file, str(place.root), left, tuple(schemes or ()))
     if guard is None and deployed:
         guard = guard_of(campaign)
-    with known_code(place), _ledger(place, campaign) as ledger:
+    with held_in_place(place.root), known_code(place), _ledger(place, campaign) as ledger:
         try:
             with kept_run(place, ledger):
                 seen = scans_seen(campaign, left)

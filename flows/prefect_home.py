@@ -143,7 +143,11 @@ def _private_search(fault: NoServerError) -> ServerSearch | None:
     The server sees by its connection when this process ends, however it does; one that Prefect starts is left behind by
     a process that is killed.
     """
-    folder = Path(tempfile.mkdtemp(prefix="tiltwatch-engine-"))
+    try:
+        folder = Path(tempfile.mkdtemp(prefix="tiltwatch-engine-"))
+    except OSError:
+        _use_none(fault)
+        return None
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     try:
         search = ServerSearch(folder, 0.0)

@@ -11,6 +11,9 @@ from flows.outcome import EpochOutcome, RunOutcome
 from flows.prefect_home import check_environment, prepare_prefect, users_server
 from flows.settled_epochs import chosen_epochs, settled_outcomes
 from flows.settled_run import finish_settled_run, has_unfinished_runs
+from flows.terminal import note
+from storage.identity import is_identified
+from storage.presence import held_in_place
 from storage.upgrade import ready_or_new_workspace
 from storage.workspace import Workspace
 from tasks.settings import Campaign
@@ -51,11 +54,12 @@ def run_campaign(
     """
     campaign = campaign or load_with_intake(request.campaign_file, request.workspace)
     check_environment()
+    _tell_if_new(request.workspace)
     workspace = ready_or_new_workspace(request.workspace)
     ledger = _new_ledger(request, campaign, workspace, on_event)
     token = current_ledger.set(ledger)
     try:
-        with known_code(workspace):
+        with held_in_place(workspace.root), known_code(workspace):
             outcomes = _outcomes(request, campaign, workspace, ledger)
     finally:
         current_ledger.reset(token)
@@ -71,6 +75,14 @@ def _new_ledger(
     return RunLedger(
         new_run_id(workspace, structure), structure, on_event, anew=set() if request.anew else None
     )
+
+
+def _tell_if_new(place: Path) -> None:
+    """Say that nothing was there: to who has results in a workspace, its drive may be missing."""
+    if not is_identified(Workspace(place).identity):
+        note(
+            f"new workspace {place}; if results should be there already, end this run and look for their drive"
+        )
 
 
 def _outcomes(

@@ -11,6 +11,7 @@ from flows.ledger import RunLedger
 from flows.stage_calls import Pending
 from storage.digests import file_sha256
 from storage.errors import StorageError
+from storage.presence import may_be_unmounted
 from storage.scan_files import offer_scan
 from storage.verified import stamp_of, would_show_change
 from tasks.epoch_tables import ScanInput
@@ -88,7 +89,13 @@ def _digest_or_reason(work: EpochWork, path: Path) -> tuple[str, str | None]:
     """Digest of a file; or why it cannot be read."""
     unfit = _why_no_file(path)
     if unfit is not None:
-        return "", f"{path}: {unfit} in the campaign file"
+        if not may_be_unmounted(path):
+            return "", f"{path}: {unfit} in the campaign file"
+        work.calls.ledger.passing.add(work.epoch.id)
+        return (
+            "",
+            f"{path}: {unfit} in the campaign file; {path.parent} is empty or gone: mount its drive if it has one",
+        )
     try:
         return _digest_of(work.calls.ledger, path), None
     except StorageError as fault:

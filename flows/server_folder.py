@@ -1,12 +1,13 @@
-"""What lies in the folder of a workflow server is made fit before one starts there."""
+"""The folder of a workflow server: its owner's alone, and what lies there is made fit before one starts."""
 
 import re
+import stat
 from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
 from flows.terminal import note
-from storage.atomic import move_out_of_the_way
+from storage.atomic import make_folder, move_out_of_the_way
 from storage.errors import StorageError
 from storage.sqlite_damage import damage_of
 
@@ -14,6 +15,14 @@ DATABASE: Final = "prefect.db"
 
 BESIDE: Final = (f"{DATABASE}-wal", f"{DATABASE}-shm")
 """What SQLite keeps beside it; of no use to another database."""
+
+
+def make_private(folder: Path) -> None:
+    """Make the folder of a server, or take what others may do in it away: its database says what was run with what."""
+    make_folder(folder)
+    if stat.S_IMODE(folder.stat().st_mode) & 0o077:
+        with suppress(PermissionError):  # that of another user: who may use it is for him to say
+            folder.chmod(0o700)
 
 
 def make_fit(folder: Path) -> None:

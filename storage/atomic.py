@@ -9,6 +9,7 @@ from typing import BinaryIO, Final
 from uuid import uuid4
 
 from storage.errors import StorageError
+from storage.presence import check_in_place
 from storage.writers import mark_of_this_process
 
 Writer = Callable[[BinaryIO], None]
@@ -124,10 +125,21 @@ def move_out_of_the_way(path: Path) -> Path:
 
 
 def make_folder(folder: Path) -> None:
-    """Make a folder and those above it, down to the disk."""
+    """Make a folder and those above it, down to the disk; not that of a workspace which is gone under a run.
+
+    Raises
+    ------
+    StorageError
+        If the system refuses, or the drive was taken away.
+    """
+    check_in_place(folder)
     missing = [place for place in (folder, *folder.parents) if not place.exists()]
     with faults_of_the_system(folder):
-        folder.mkdir(parents=True, exist_ok=True)
+        # one after the other and none above: a drive may be taken away just now
+        for place in reversed(missing):
+            place.mkdir(exist_ok=True)
+        if not missing and not folder.is_dir():
+            folder.mkdir()
     for place in missing:
         sync_folder(place.parent)
 

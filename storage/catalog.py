@@ -46,6 +46,9 @@ STORAGE_VERSION: Final = "v1.0.0"
 _FEW_FILES: Final = 1000
 _MOST_REPLACED: Final = 0.25
 
+_LITTLE_MB: Final = 100.0
+"""With less free than this a catalog that cannot be made may have wanted room, megabytes."""
+
 
 @dataclass(frozen=True, slots=True)
 class _Stored:
@@ -160,9 +163,18 @@ def _faults_told(ws: Workspace) -> Iterator[None]:
         yield
     except duckdb.Error as fault:
         raise StorageError(
-            f"cannot make {ws.catalog}: {str(fault).splitlines()[0]}; put that right (free space, a writable folder) and "
-            "run again; the old catalog stays as it is"
+            f"cannot make {ws.catalog}: {str(fault).splitlines()[0]}; put that right (free space, a writable folder"
+            f"{_room(ws)}) and run again; the old catalog stays as it is"
         ) from fault
+
+
+def _room(ws: Workspace) -> str:
+    """What is free on the drive, where that may be the fault: DuckDB does not always say so."""
+    try:
+        free_mb = shutil.disk_usage(ws.root).free / 1e6
+    except OSError:
+        return ""
+    return f"; {free_mb:.1f} MB are free" if free_mb < _LITTLE_MB else ""
 
 
 def _may_be_changed(old: _Stored, new: Sources) -> bool:

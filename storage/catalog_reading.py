@@ -1,5 +1,7 @@
 """Catalogs opened for reading: the newest one, or one and the same, shut in so that what is in them reaches no file."""
 
+import errno
+import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -17,6 +19,9 @@ CLOSED: Final[dict[str, str | bool | int | float | list[str]]] = {
     "autoload_known_extensions": "false",
 }
 """Nothing is loaded or fetched because a file asks for it."""
+
+_NO_ROOM: Final = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EFBIG)
+"""Faults of a drive that no program has to be closed for."""
 
 _FIXED: Final[ContextVar[Mapping[Path, duckdb.DuckDBPyConnection]]] = ContextVar("one catalog", default={})  # noqa: B039
 """What a thread reads from while it is in ``one_catalog``; replaced and never changed."""
@@ -120,6 +125,11 @@ def attach(connection: duckdb.DuckDBPyConnection, path: Path, name: str, option:
         connection.execute(f"ATTACH '{quoted}' AS {name} ({option})")
     except duckdb.Error as fault:
         raise StorageError(
-            f"cannot open {path}: {str(fault).splitlines()[0]}; close the program that writes to it, or delete it "
-            "and run again: it is rebuilt from the tables"
+            f"cannot open {path}: {str(fault).splitlines()[0]}; {_what_to_do(str(fault))}"
         ) from fault
+
+
+def _what_to_do(fault: str) -> str:
+    if any(os.strerror(number) in fault for number in _NO_ROOM):
+        return "put that right (free space, a writable folder) and run again"
+    return "close the program that writes to it, or delete it and run again: it is rebuilt from the tables"

@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from storage.atomic import write_atomically
+from storage.atomic import make_folder, write_atomically
 from storage.errors import StorageError
 from storage.ids import check_id
 from storage.locks import publish_lock
@@ -85,8 +85,8 @@ def append_watch_log(ws: Workspace, structure: str, line: str) -> None:
         If the disk refuses.
     """
     path = ws.root / "logs" / f"watch-{check_id(structure, 'a structure')}.jsonl"
+    make_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("a", encoding="utf-8") as file:
             file.write(f"{line}\n")
     except OSError as fault:

@@ -12,7 +12,7 @@ from typing import Final
 
 from filelock import FileLock, Timeout
 
-from storage.atomic import faults_of_the_system
+from storage.atomic import faults_of_the_system, make_folder
 from storage.errors import StorageError
 from storage.ids import check_id
 from storage.workspace import Workspace
@@ -143,8 +143,7 @@ def delivery_lock(ws: Workspace, structure: str, timeout_s: float = DELIVERY_TIM
 
 @contextmanager
 def _held(place: Path, what: str, timeout_s: float) -> Iterator[None]:
-    with faults_of_the_system(place):
-        place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent)
     # a singleton a path makes the lock re-entrant within a thread; other threads still wait
     lock = FileLock(place, is_singleton=True)
     holder = place.with_suffix(".holder.json")

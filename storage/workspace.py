@@ -1,11 +1,14 @@
 """The folder that holds everything of a campaign, and its places."""
 
+import errno
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from storage.atomic import make_folder
+from storage.atomic import faults_of_the_system, make_folder
 from storage.errors import StorageError
 from storage.identity import SCHEMA_VERSION, Identity, is_identified, read_identity, write_identity
+from storage.presence import check_mounted
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +109,8 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     Raises
     ------
     StorageError
-        If the path is a file, cannot be written, or is a workspace of a newer version.
+        If the path is a file, cannot be written, is a workspace of a newer version, or the drive is missing that it
+        should lie on.
     """
     workspace = Workspace(path.expanduser().resolve())
     if workspace.root.exists() and not workspace.root.is_dir():
@@ -114,10 +118,21 @@ def open_workspace(path: Path, made_by: str = "tiltwatch") -> Workspace:
     if is_identified(workspace.identity):
         _check_version(workspace)
     else:
+        check_mounted(workspace.root)
         write_identity(workspace.identity, Identity(SCHEMA_VERSION, made_by))
     for folder in ("artifacts", "records", "tables", "runs", "prefect", "locks", "tmp"):
         make_folder(workspace.root / folder)
+        _check_writable(workspace.root / folder)
     return workspace
+
+
+def _check_writable(folder: Path) -> None:
+    """Refuse a folder that cannot be written: the engine says nothing of records that it could not keep."""
+    with faults_of_the_system(folder):
+        if hasattr(os, "statvfs") and os.statvfs(folder).f_flag & os.ST_RDONLY:
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+        if not os.access(folder, os.W_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
 
 def existing_workspace(path: Path) -> Workspace:

@@ -107,7 +107,7 @@ def _read(file: Path, sources: str) -> _Memory:
 def _write(file: Path, memory: _Memory) -> None:
     temp = file.with_name(f".{file.name}.{os.getpid()}")
     with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
+        file.parent.mkdir(exist_ok=True)  # a workspace whose drive is gone is not made anew for it
         text = json.dumps({"sources": memory.sources, "versions": memory.versions})
         temp.write_bytes(sealed(text.encode()))
         temp.replace(file)

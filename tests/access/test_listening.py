@@ -172,9 +172,9 @@ def test_the_workflow_server_listens_on_this_machine_alone_and_answers_who_has_i
 
 
 def test_what_others_may_do_in_the_folder_of_an_older_server_is_taken_away(tmp_path: Path) -> None:
-    from flows.kept_server import _make_private  # noqa: PLC0415 (one step of the start)
+    from flows.server_folder import make_private  # noqa: PLC0415 (one step of the start)
 
     home = tmp_path / "home"
     home.mkdir(mode=0o755)
-    _make_private(home)
+    make_private(home)
     assert stat.S_IMODE(home.stat().st_mode) == 0o700

@@ -2,13 +2,18 @@
 
 import shutil
 from pathlib import Path
+from typing import Final
 
 import pytest
 
 from storage.publish import remove_epoch
 from storage.tables import ALARM_EVENTS, SERIES_TABLES
 from storage.workspace import Workspace
+from tests.faults.drive_site import NEVER, DriveSite, Undisturbed, at_step
+from tests.faults.killing.scenes import campaigns_in
+from tests.faults.killing.stored import content_of, shown_epochs
 from tests.faults.sites import EPOCHS, Site
+from tests.faults.small_drive import Drive, may_mount
 from tests.flows.campaigns import STRUCTURE, run, small_campaign
 from tests.made_once import made_once
 
@@ -54,3 +59,36 @@ def copy_of(site: Site, folder: Path) -> Site:
     """Copy campaign and workspace."""
     shutil.copytree(site.folder, folder)
     return Site(folder)
+
+
+@pytest.fixture
+def mountable(tmp_path: Path) -> None:
+    """Skip where no drive can be mounted."""
+    why_not = may_mount(tmp_path / "try")
+    if why_not:
+        pytest.skip(f"no drive can be mounted here: {why_not}")
+
+
+@pytest.fixture(scope="session")
+def scans_of_three(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with three small campaign files over the same scans; nobody may change it."""
+    return made_once(tmp_path_factory, "three", campaigns_in)
+
+
+@pytest.fixture(scope="session")
+def undisturbed(
+    scans_of_three: Path, tmp_path_factory: pytest.TempPathFactory, prefect_api: str
+) -> dict[str, Undisturbed]:
+    """What runs of the three files give that nobody disturbs: the second adds an epoch, the third replaces both."""
+    site = DriveSite(scans_of_three, Drive(tmp_path_factory.mktemp("undisturbed")))
+    return {campaign: _undisturbed(site, campaign) for campaign in CAMPAIGNS}
+
+
+CAMPAIGNS: Final = ("one.toml", "campaign.toml", "changed.toml")
+
+
+def _undisturbed(site: DriveSite, campaign: str) -> Undisturbed:
+    with at_step(site.workspace, NEVER) as steps:
+        code = site.run(campaign).code
+    assert code == 0, campaign
+    return Undisturbed(code, content_of(site.place), shown_epochs(site.place), len(steps.done))

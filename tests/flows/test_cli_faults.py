@@ -69,6 +69,7 @@ def test_log_goes_into_the_workspace_once_it_is_known(
 ) -> None:
     from flows.faults import report_fault  # noqa: PLC0415 (as the command line does)
 
+    (tmp_path / "ws").mkdir()
     use_terminal(Terminal(log_folder=tmp_path / "ws" / "logs"))
     try:
         report_fault(ValueError("x"), wants_json=False)

@@ -4,12 +4,14 @@ import http.client
 import json
 import os
 import socket
+import sqlite3
 import stat
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -17,7 +19,7 @@ import psutil
 import pytest
 from filelock import BaseFileLock
 
-from flows import kept_server
+from flows import kept_server, server_check
 from flows.kept_server import Lease, NoServerError, ServerSearch, keep_alive, lease_of
 from flows.prefect_home import ADDRESS, OWN_ADDRESS, prepare_prefect, take_home, users_server
 from flows.workflow_server import (
@@ -99,6 +101,19 @@ def test_what_a_server_left_that_was_killed_while_it_wrote_its_record_is_swept_a
     folder = Path(lease.record.folder)
     assert not (folder / HALF_WRITTEN).exists()
     assert {path.name for path in folder.glob("server.*")} >= {"server.json"}
+
+
+def test_a_server_whose_database_is_stuck_is_not_used(lease: Lease, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It answers what it is asked; a run would wait for minutes at every step, and then take it for its own fault."""
+    folder = Path(lease.record.folder)
+    monkeypatch.setattr(server_check, "WRITE_S", 1.0)
+    with closing(sqlite3.connect(folder / "prefect.db", isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(NoServerError, match="its database took nothing in for 1 s; end process"):
+            ServerSearch(folder, KEEP_S).wait()
+        other.execute("ROLLBACK")
+    assert _answers(folder)
+    ServerSearch(folder, KEEP_S).wait().connection.close()
 
 
 def test_nothing_listens_beyond_loopback(lease: Lease) -> None:

@@ -7,6 +7,8 @@ whose content is brought down to the disk. What native code writes (the database
 import os
 import signal
 import sys
+import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +18,11 @@ CHANGES: Final = {"os.rename", "os.link", "os.remove", "os.mkdir", "os.rmdir"}
 WRITES: Final = os.O_WRONLY | os.O_RDWR | os.O_CREAT
 
 
+def kill_this_process() -> None:
+    """Die as by the power cut."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 @dataclass(slots=True)
 class Steps:
     """Counts the steps in a workspace, and kills this process before the one that was asked for (from 1; 0: never)."""
@@ -23,6 +30,10 @@ class Steps:
     root: Path
     kill_at: int
     done: list[str] = field(default_factory=list)
+    deed: Callable[[], None] = kill_this_process
+    """What is done instead of the kill, by tests of other faults."""
+    pause_s: float = 0.0
+    """So long every step takes longer."""
 
     def watch(self) -> None:
         """Begin to count; it cannot be ended."""
@@ -46,5 +57,7 @@ class Steps:
         if not place.startswith(f"{self.root}/") or "/prefect/" in place or "/locks/" in place:
             return
         self.done.append(f"{event} {place[len(str(self.root)) + 1 :]}")
-        if len(self.done) == self.kill_at:
-            os.kill(os.getpid(), signal.SIGKILL)
+        if 0 < self.kill_at <= len(self.done):  # another thread may have taken a step meanwhile
+            self.kill_at = 0
+            self.deed()
+        time.sleep(self.pause_s)
