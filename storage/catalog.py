@@ -97,6 +97,12 @@ def is_current(ws: Workspace) -> bool:
     return stored is not None and stored.sources == sources_of(ws)
 
 
+def is_behind(ws: Workspace) -> bool:
+    """Whether the catalog is whole and its tables have changed since: whoever publishes brings it up to date afterwards."""
+    stored = _stored(ws)
+    return stored is not None and stored.sources != sources_of(ws)
+
+
 def make_catalog(ws: Workspace, place: Path) -> None:
     """Make a catalog of the Parquet alone in a file that is not there yet; the one of the workspace stays as it is.
 

@@ -201,6 +201,12 @@ def taken_from_dead(ws: Workspace, run: str) -> Iterator[RunRecord | None]:
         lock.release()
 
 
+def is_at_work(ws: Workspace) -> bool:
+    """Whether a run of the workspace may be under way, on this machine or another."""
+    records = (read_record(ws, run) for run in runs_on_record(ws))
+    return any(record is not None and may_live(record) for record in records)
+
+
 def may_live(record: RunRecord) -> bool:
     """Whether the process of a run may still be there; on another host nobody can tell."""
     if record.host != socket.gethostname():

@@ -1,10 +1,13 @@
 """Is everything stored whole, and true to its digest."""
 
 import re
+import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
+from storage.catalog import is_behind
 from storage.errors import StorageError
 from storage.fault import Fault, at
 from storage.ledger import read_settings
@@ -13,6 +16,7 @@ from storage.parquet import read_rows
 from storage.places import store_of
 from storage.publish import stale_temps
 from storage.records import TABLES, EpochRow
+from storage.run_record import is_at_work
 from storage.sqlite_damage import damage_of
 from storage.store import Content, Store
 from storage.tables import (
@@ -42,6 +46,17 @@ from storage.workspace import Workspace
 
 Check = Callable[[Store, str, Content], bool]
 CatalogCheck = Callable[[Workspace], Iterable[Fault | None]]
+
+CATCH_UP_S: Final = 3.0
+"""So long a catalog that is older than its tables is waited for: who notes a deed on an alarm is done within that."""
+
+_LOOK_EVERY_S: Final = 0.1
+
+FOLLOWS: Final = Fault(
+    "catalog.duckdb",
+    "is older than the tables, as a run is under way: it follows the epochs that are published",
+    "verify again when the run has ended",
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,21 +95,28 @@ def verify_workspace_deeply(ws: Workspace) -> VerifyReport:
 
 
 def _verify(ws: Workspace, is_true: Check, of_catalog: CatalogCheck) -> VerifyReport:
-    with lock_to_read(ws):
-        found = [
-            *_left_behind(ws),
-            *_tables(ws),
-            *_epochs(ws),
-            *seal_faults(ws),
-            *series_faults(ws),
-            *_versions(ws),
-            *copy_faults(ws),
-        ]
-        found += of_catalog(ws)
-        notes = [*unsealed_epochs(ws), *unmarked_series(ws), *single_copies(ws), *set_aside(ws)]
-        notes += _histories(ws)
+    patient_until = time.monotonic() + CATCH_UP_S
+    while True:
+        with lock_to_read(ws):
+            follows = is_behind(ws)
+            under_way = follows and is_at_work(ws)
+            if not follows or under_way or time.monotonic() > patient_until:
+                found = [*_record_of_results(ws), *(() if under_way else of_catalog(ws))]
+                notes = [*_worth_a_word(ws), *((FOLLOWS,) if under_way else ())]
+                break
+        time.sleep(_LOOK_EVERY_S)
     found += [*_artifacts(ws, is_true), *record_faults(ws)]
     return VerifyReport(len(found), tuple(fault for fault in found if fault is not None), tuple(notes))
+
+
+def _record_of_results(ws: Workspace) -> Iterator[Fault | None]:
+    for faults in (_left_behind, _tables, _epochs, seal_faults, series_faults, _versions, copy_faults):
+        yield from faults(ws)
+
+
+def _worth_a_word(ws: Workspace) -> Iterator[Fault]:
+    for notes in (unsealed_epochs, unmarked_series, single_copies, set_aside, _histories):
+        yield from notes(ws)
 
 
 def _left_behind(ws: Workspace) -> Iterator[Fault | None]:

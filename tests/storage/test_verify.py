@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import threading
 
 import duckdb
 import numpy as np
@@ -11,6 +12,7 @@ from storage.artifacts import artifact_path, put_array
 from storage.assessed import put_down_assessed
 from storage.catalog import rebuild_catalog
 from storage.publish import publish_epoch
+from storage.run_record import held_record, record_of_this_process
 from storage.series import publish_series
 from storage.tables import EPOCH_TABLES, SERIES, SERIES_TABLES, table_path
 from storage.verify import Fault, VerifyReport, verify_workspace, verify_workspace_deeply
@@ -123,7 +125,30 @@ def test_missing_settings_are_found(filled: Workspace) -> None:
     assert faults[2].what == "is gone"
 
 
-def test_a_catalog_behind_the_tables_is_found(filled: Workspace) -> None:
+def test_a_catalog_that_follows_a_run_under_way_is_worth_a_word_only(filled: Workspace) -> None:
+    with held_record(filled, record_of_this_process("r9", STRUCTURE, "own")):
+        publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2))
+        report = verify_workspace(filled)
+        assert report.faults == ()
+        assert [note.where for note in report.notes if "a run is under way" in note.what] == [
+            "catalog.duckdb"
+        ]
+        filled.catalog.write_bytes(b"x")
+        assert any(fault.where == "catalog.duckdb" for fault in verify_workspace(filled).faults)
+
+
+def test_a_catalog_that_is_just_brought_up_to_date_is_waited_for(filled: Workspace) -> None:
+    publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2))
+    soon = threading.Timer(0.3, rebuild_catalog, [filled])
+    soon.start()
+    try:
+        assert not [fault for fault in verify_workspace(filled).faults if fault.where == "catalog.duckdb"]
+    finally:
+        soon.join()
+
+
+def test_a_catalog_behind_the_tables_is_found(filled: Workspace, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("storage.verify.CATCH_UP_S", 0.1)
     publish_epoch(filled, STRUCTURE, "e2", epoch_tables("e2", 2))
     faults = verify_workspace(filled).faults
     assert any("older than the tables" in fault.what for fault in faults)
