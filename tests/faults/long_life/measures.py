@@ -89,7 +89,10 @@ def _sizes(root: Path) -> tuple[dict[str, int], dict[str, int]]:
     counts: dict[str, int] = {}
     seen: set[int] = set()
     for path in sorted(root.rglob("*")):
-        status = path.lstat()
+        try:
+            status = path.lstat()
+        except FileNotFoundError:  # of a workflow server that is just ending
+            continue
         if path.is_dir() or status.st_ino in seen:
             continue
         seen.add(status.st_ino)
