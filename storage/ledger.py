@@ -61,7 +61,7 @@ def is_in_ledger(ws: Workspace, run: str, structure: str) -> bool:
 
 
 def newest_run_time(ws: Workspace, structure: str) -> datetime | None:
-    """Time of the newest run of a structure, as the ids of runs say it; None where there is none.
+    """Time of the newest run of a structure, or of any that is under way, as the ids of runs say it; None without any.
 
     Raises
     ------

@@ -1,8 +1,9 @@
 """Whether the folder of a workspace is where it was: a drive may be taken away, and its mount point stays behind empty."""
 
 import os
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -13,16 +14,26 @@ FSTAB: Final = Path("/etc/fstab")
 """Where Linux is told which drives belong where."""
 
 
+MOUNTED: Final = Path("/proc/self/mountinfo")
+"""What is mounted where, bound folders among it, which look like any other folder."""
+
+
 @dataclass(slots=True)
 class _Held:
-    """A folder as it was when it was held first, and how many blocks hold it."""
+    """A folder as it was when it was held first, and how many blocks hold it.
+
+    It stays open: on FAT a folder that nobody has open may come back under another number.
+    """
 
     found: tuple[int, int]
+    opened: int | None
     blocks: int = 0
 
 
 _held: Final[dict[Path, _Held]] = {}
 """Folders of the workspaces that this process works in; a stage works in another thread than the run."""
+
+_holding: Final = threading.Lock()
 
 
 @contextmanager
@@ -36,17 +47,31 @@ def held_in_place(root: Path) -> Iterator[None]:
     StorageError
         If the folder is gone already.
     """
-    found = _which(root)
-    if found is None:
-        raise _gone(root)
-    held = _held.setdefault(root, _Held(found))
-    held.blocks += 1
+    with _holding:
+        held = _held.get(root) or _opened(root)
+        _held[root] = held
+        held.blocks += 1
     try:
         yield
     finally:
-        held.blocks -= 1
-        if not held.blocks:
-            _held.pop(root, None)
+        with _holding:
+            held.blocks -= 1
+            if not held.blocks:
+                _held.pop(root, None)
+                if held.opened is not None:
+                    os.close(held.opened)
+
+
+def _opened(root: Path) -> _Held:
+    opened = None
+    with suppress(OSError):  # Windows opens no folders, and knows them by lasting numbers
+        opened = os.open(root, os.O_RDONLY)
+    found = _which(root)
+    if found is None:
+        if opened is not None:
+            os.close(opened)
+        raise _gone(root)
+    return _Held(found, opened)
 
 
 def check_in_place(path: Path) -> None:
@@ -74,7 +99,7 @@ def check_mounted(root: Path, fstab: Path | None = None) -> None:
     """
     fstab = fstab or FSTAB
     for point in _mount_points(fstab):
-        if root.is_relative_to(point) and point != Path("/") and not os.path.ismount(point):
+        if root.is_relative_to(point) and point != Path("/") and not _is_mounted(point):
             raise StorageError(
                 f"no workspace at {root}: {point} is the place of a drive ({fstab}) and none is mounted there; "
                 f"mount it (`mount {point}`) and run again, or name another folder with --workspace"
@@ -89,6 +114,15 @@ def may_be_unmounted(path: Path) -> bool:
         return True
     except OSError:
         return False
+
+
+def _is_mounted(point: Path) -> bool:
+    try:
+        lines = MOUNTED.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return os.path.ismount(point)
+    places = {line.split()[4].replace("\\040", " ") for line in lines}
+    return str(point.resolve()) in places
 
 
 def _mount_points(fstab: Path) -> list[Path]:

@@ -107,7 +107,7 @@ def record_of_this_process(run: str, structure: str, server: str) -> RunRecord:
         structure,
         socket.gethostname(),
         os.getpid(),
-        _started_at(os.getpid()) or 0.0,
+        _started_at(os.getpid(), _boot()) or 0.0,
         began_at,
         server,
         None,
@@ -211,9 +211,9 @@ def may_live(record: RunRecord) -> bool:
     """Whether the process of a run may still be there; on another host nobody can tell."""
     if record.host != socket.gethostname():
         return True
-    if record.boot != _boot():
+    if record.boot is not None and record.boot != _boot():
         return False
-    started_at = _started_at(record.pid)
+    started_at = _started_at(record.pid, record.boot)
     return started_at is not None and abs(started_at - record.process_started_at) < START_TOLERANCE_S
 
 
@@ -234,15 +234,15 @@ def _now() -> str:
     return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
-def _started_at(pid: int) -> float | None:
-    """When a process began, seconds since the boot or 1970; None where there is none, or it is a zombie."""
+def _started_at(pid: int, boot: str | None) -> float | None:
+    """When a process began, seconds since the boot or, without one, 1970; None where there is none, or it is a zombie."""
     psutil = importlib.import_module("psutil")
     try:
         process = psutil.Process(pid)
         if process.status() == psutil.STATUS_ZOMBIE:
             return None
         # from the boot on: psutil adds the time of the boot, which the system reckons back from the clock as it is now
-        return float(process.create_time()) if _boot() is None else _since_boot_s(pid)
+        return float(process.create_time()) if boot is None else _since_boot_s(pid)
     except (psutil.Error, FileNotFoundError, ProcessLookupError):
         return None
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from flows.server_folder import DATABASE, make_fit
+from storage.sqlite_damage import damage_of
 from storage.verify import verify_workspace
 from storage.workspace import open_workspace
 from tests.faults.damages import empty, to_folder, truncate
@@ -63,6 +64,19 @@ def test_a_history_that_a_server_can_use_stays(
     make_fit(database.parent)
     assert database.is_file() and not [name for name in names(database.parent) if name.endswith(".bad")]
     assert not capsys.readouterr().err
+
+
+def test_what_a_program_wrote_against_its_own_rules_is_no_damage(database: Path) -> None:
+    with closing(sqlite3.connect(database)) as connection, connection:
+        connection.execute("CREATE TABLE strict (n INTEGER, m INTEGER)")
+        connection.execute("INSERT INTO strict VALUES (NULL, 1)")
+        connection.execute("PRAGMA writable_schema = on")
+        connection.execute(
+            "UPDATE sqlite_master SET sql = 'CREATE TABLE strict (n INTEGER NOT NULL, m INTEGER)' WHERE name = 'strict'"
+        )
+    assert damage_of(database) is None
+    with closing(sqlite3.connect(database)) as connection:
+        assert connection.execute("PRAGMA quick_check").fetchall() == [("NULL value in strict.n",)]
 
 
 def test_a_history_in_use_is_not_taken_for_damaged(database: Path) -> None:

@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import psutil
 import pytest
 
 from storage.run_record import (
@@ -55,6 +56,14 @@ def test_a_process_id_that_is_used_again_is_another_process(ws: Workspace) -> No
     record = record_of_this_process("run-1", STRUCTURE, "own")
     assert not may_live(replace(record, process_started_at=record.process_started_at - 3600.0))
     assert may_live(replace(record, host="another", pid=1))
+
+
+def test_a_run_that_an_earlier_version_began_may_still_live(ws: Workspace) -> None:
+    record = record_of_this_process("run-1", STRUCTURE, "own")
+    began = psutil.Process().create_time()
+    assert may_live(replace(record, boot=None, process_started_at=began))
+    assert not may_live(replace(record, boot=None, process_started_at=began - 3600.0))
+    assert not may_live(replace(record, boot="another"))
 
 
 @pytest.mark.parametrize("torn", [b'{"row": 1', b'{"row": 1}garbage', b"\xff\xfe", b"[1]"])
