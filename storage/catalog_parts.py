@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from storage.arrow_columns import arrow_column
 from storage.errors import StorageError
@@ -91,11 +92,19 @@ def read_part(part: Part) -> pa.Table:
     Raises
     ------
     StorageError
-        If a published table is damaged.
+        If a published table is damaged, or is that of another epoch or structure: its rows would stand beside the true ones
+        and stay there when the file is put right.
     """
     if part.table in _OF_VERSIONS.values():
         return _read_archive(part)
-    return read_table(part.path, part.table, TABLES[part.table])
+    content = read_table(part.path, part.table, TABLES[part.table])
+    for column, value in zip(key_columns(part.table), part.key, strict=True):
+        strangers = [one for one in pc.unique(content[column]).to_pylist() if one != value]
+        if strangers:
+            raise StorageError(
+                f"{part.path} holds rows of {column} {strangers[0]}; run the epoch again, or restore the file from a backup"
+            )
+    return content
 
 
 def _read_archive(part: Part) -> pa.Table:
