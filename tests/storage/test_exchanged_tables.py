@@ -1,4 +1,4 @@
-"""A whole table that lies under the name of another epoch: none of its rows is shown, and none stays when it is put right."""
+"""A whole table under the name of another epoch: none of its rows is shown, and none stays when it is put right."""
 
 import shutil
 
@@ -30,6 +30,4 @@ def test_the_table_of_another_epoch_in_the_place_of_one_leaves_nothing_behind(
 
 def _all_rows(ws: Workspace) -> list[list[tuple[object, ...]]]:
     with read_catalog(ws) as connection:
-        return [
-            connection.execute(f"SELECT * FROM data.{name} ORDER BY ALL").fetchall() for name in EPOCH_TABLES
-        ]
+        return [connection.table(f"data.{name}").order("ALL").fetchall() for name in EPOCH_TABLES]
