@@ -86,8 +86,8 @@ def part_of(ws: Workspace, name: str) -> Part:
 def read_part(part: Part) -> pa.Table:
     """Rows of a file, as they stand in the catalog.
 
-    A damaged file of an archived epoch gives no rows: earlier results must not keep the present ones from being shown,
-    and `verify` tells of it.
+    A file of an archived epoch that is damaged, or that of another, gives no rows: earlier results must not keep the present
+    ones from being shown, and `verify` tells of it.
 
     Raises
     ------
@@ -98,21 +98,30 @@ def read_part(part: Part) -> pa.Table:
     if part.table in _OF_VERSIONS.values():
         return _read_archive(part)
     content = read_table(part.path, part.table, TABLES[part.table])
+    _check_whose(content, part)
+    return content
+
+
+def _check_whose(content: pa.Table, part: Part) -> None:
+    """Refuse rows that are not those of the file's name."""
     for column, value in zip(key_columns(part.table), part.key, strict=True):
-        strangers = [one for one in pc.unique(content[column]).to_pylist() if one != value]
+        there = pc.unique(content[column]).to_pylist() if column in content.column_names else []
+        strangers = [one for one in there if one != value]
         if strangers:
             raise StorageError(
                 f"{part.path} holds rows of {column} {strangers[0]}; run the epoch again, or restore the file from a backup"
             )
-    return content
 
 
 def _read_archive(part: Part) -> pa.Table:
     schema = schema_of(part.table, CATALOG_TABLES[part.table])
     try:
         if part.table == VERSIONS:
-            return table_from_rows(VERSIONS, VersionRow, [read_manifest(part.path.parent).row])
+            content = table_from_rows(VERSIONS, VersionRow, [read_manifest(part.path.parent).row])
+            _check_whose(content, part)
+            return content
         content = read_table(part.path, "tilt", TiltRow)
+        _check_whose(content, part)
     except StorageError:
         return table_from_rows(part.table, CATALOG_TABLES[part.table], [])
     version = arrow_column([part.key[1]] * content.num_rows, pa.string())

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any, Final
 
 import numpy as np
 
@@ -78,18 +79,23 @@ def _placed_row(home: Home, scan: ScanInput, pose: StationPose, diagnosis: PoseD
     return _without_pose(row) if diagnosis.start == REGISTERED else row
 
 
+NO_POSE: Final[Mapping[str, Any]] = dict.fromkeys(
+    (
+        "position_east_m",
+        "position_north_m",
+        "position_up_m",
+        "heading_deg",
+        "heading_correction_deg",
+        "level_east_deg",
+        "level_north_deg",
+    )
+)
+"""Columns of a station of which no pose was found."""
+
+
 def _without_pose(row: StationRow) -> StationRow:
     """A cloud that came registered has no scanner of which anything was adjusted; its sigmas are those that are stated."""
-    return replace(
-        row,
-        position_east_m=None,
-        position_north_m=None,
-        position_up_m=None,
-        heading_deg=None,
-        heading_correction_deg=None,
-        level_east_deg=None,
-        level_north_deg=None,
-    )
+    return replace(row, **NO_POSE)
 
 
 CORRECTIONS = ("correction_east_m", "correction_north_m", "correction_up_m")
@@ -125,13 +131,7 @@ def _unplaced_row(home: Home, scan: ScanInput) -> StationRow:
         station=scan.station,
         scan_digest=scan.digest,
         n_points=scan.n_points,
-        position_east_m=None,
-        position_north_m=None,
-        position_up_m=None,
-        heading_deg=None,
-        heading_correction_deg=None,
-        level_east_deg=None,
-        level_north_deg=None,
+        **NO_POSE,
         overlap=None,
         rmse_m=None,
         sigma_heading_deg=None,
