@@ -14,6 +14,7 @@ from storage.seals import read_seal, sealed_epochs
 from storage.second_copies import Discord, discords, keep_second, second_path
 from storage.tables import SERIES_TABLES, table_path
 from storage.version_manifest import MANIFEST
+from storage.versions import ARCHIVE_REMEDY, archive_fault, archived_epochs
 from storage.workspace import Workspace
 
 _LOST: Final = (
@@ -46,13 +47,14 @@ def mend_copies(ws: Workspace) -> list[Mended]:
 
 
 def losses(ws: Workspace) -> list[Mended]:
-    """Published results that are not whole and that the run which ends now could not make again.
+    """Results that are not whole, published and earlier ones, and that the run which ends now could not make again.
 
     To be asked when the catalog is rebuilt: a damaged table, with its epoch, is left out of that.
     """
     with publish_lock(ws):
         rebuild_catalog(ws)  # else what others have just published would seem to be left out
-        return [*_left_out(ws), *_missing(ws)]
+        found = [*_left_out(ws), *_missing(ws)]
+    return [*found, *_earlier(ws)]
 
 
 def _mend(ws: Workspace, discord: Discord) -> Mended | None:
@@ -117,3 +119,13 @@ def _missing(ws: Workspace) -> Iterator[Mended]:
             if table not in SERIES_TABLES and not path.exists():
                 what = "was published and is gone; restore it from a backup, or run the epoch with its scans"
                 yield Mended(path.relative_to(ws.root).as_posix(), what, is_lost=True)
+
+
+def _earlier(ws: Workspace) -> Iterator[Mended]:
+    """Earlier results that are not as they were put aside; nobody changes them, so no lock is needed."""
+    for folder in archived_epochs(ws):
+        fault = archive_fault(folder)
+        if fault is not None:
+            where = folder.relative_to(ws.root).as_posix()
+            what = f"earlier results are damaged: {fault}; no run can make them again: {ARCHIVE_REMEDY}"
+            yield Mended(where, what, is_lost=True)

@@ -41,7 +41,7 @@ from storage.verify_copies import (
     unsealed_epochs,
 )
 from storage.verify_records import record_faults
-from storage.versions import archive_fault, archived_epochs, unfinished_archives
+from storage.versions import ARCHIVE_REMEDY, archive_fault, archived_epochs, unfinished_archives
 from storage.workspace import Workspace
 
 Check = Callable[[Store, str, Content], bool]
@@ -163,8 +163,7 @@ def _versions(ws: Workspace) -> Iterator[Fault | None]:
     """Earlier results, by their digests: they cannot be made again."""
     for folder in archived_epochs(ws):
         fault = archive_fault(folder)
-        what_to_do = "restore it from a backup, or move the folder out of the workspace"
-        yield None if fault is None else Fault(at(ws, folder), fault, what_to_do)
+        yield None if fault is None else Fault(at(ws, folder), fault, ARCHIVE_REMEDY)
 
 
 def _settings(ws: Workspace, key: EpochKey, known: Known) -> Iterator[Fault | None]:

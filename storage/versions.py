@@ -33,6 +33,9 @@ FOLLOWING_TABLES: Final = ("epochs", "accuracy", "scheme_comparison")
 
 LONGEST_NAME: Final = 60
 
+ARCHIVE_REMEDY: Final = "restore it from a backup, or move the folder out of the workspace"
+"""What to do about an archived epoch that is damaged."""
+
 Step = Callable[[str], None]
 
 

@@ -14,6 +14,7 @@ from storage.catalog import rebuild_catalog
 from storage.digests import file_sha256, text_sha256
 from storage.errors import InputError
 from storage.ledger import store_settings
+from storage.mend import losses, mend_copies
 from storage.parquet import read_rows
 from storage.publish import publish_epoch, recover
 from storage.records import EpochRow, TiltRow
@@ -23,6 +24,7 @@ from storage.version import VersionChangeRow
 from storage.versions import archive_fault, put_aside, unfinished_archives, version_folder
 from storage.views import tilt_rows, version_change_rows, version_rows, version_tilt_rows
 from storage.workspace import Workspace
+from tests.faults.damages import DAMAGES
 from tests.storage.campaign import STRUCTURE, epoch_tables, fill, tilt_row
 
 OLD, NEW = (0.007, -0.0057), (0.0071, -0.0057)
@@ -245,6 +247,24 @@ def test_verification_finds_a_flipped_byte_of_a_version(ws: Workspace) -> None:
     (fault,) = verify_workspace(ws).faults
     assert fault.where == f"versions/{STRUCTURE}/before-run-2/e0"
     assert "slices does not have the digest" in fault.what
+
+
+@pytest.mark.parametrize("damage", ["flipped", "truncated", "emptied", "deleted", "folder"])
+def test_a_run_says_which_earlier_results_are_damaged_until_they_are_moved_away(
+    ws: Workspace, tmp_path: Path, damage: str
+) -> None:
+    publish(ws, OLD)
+    publish(ws, NEW, "run-2")
+    assert losses(ws) == []
+    folder = version_folder(ws, STRUCTURE, "before-run-2", "e0")
+    DAMAGES[damage](folder / "slices.parquet", None)
+    (told,) = losses(ws)
+    assert (told.where, told.is_lost) == (f"versions/{STRUCTURE}/before-run-2/e0", True)
+    assert "table slices" in told.what
+    assert "move the folder out" in told.what
+    folder.rename(tmp_path / "elsewhere")
+    mend_copies(ws)
+    assert losses(ws) == []
 
 
 @pytest.mark.parametrize("file", ["tilt.parquet", "manifest.json"])
