@@ -19,6 +19,9 @@ _SQL_TYPES: Final = {bool: "BOOLEAN", int: "BIGINT", float: "DOUBLE", str: "VARC
 READERS: Final = 4
 """Files that are read at once: thousands of small ones cost more of opening and decoding than of the disk."""
 
+FILES_A_BATCH: Final = 64
+"""Files whose rows are in memory together: a record of decades must not ask for more than a young one."""
+
 
 def create_table(connection: duckdb.DuckDBPyConnection, table: str) -> None:
     """Make an empty table of the record class, in the schema ``data``."""
@@ -58,8 +61,13 @@ def read_rows_in(connection: duckdb.DuckDBPyConnection, table: str, parts: Seque
     """
     empty = table_from_rows(table, CATALOG_TABLES[table], [])
     with ThreadPoolExecutor(READERS) as pool:
-        content = pa.concat_tables([empty, *pool.map(read_part, parts)])
-    _insert(connection, content.combine_chunks(), f"INSERT INTO data.{table} SELECT * FROM incoming")  # noqa: S608 - as above
+        for start in range(0, len(parts), FILES_A_BATCH):
+            batch = parts[start : start + FILES_A_BATCH]
+            content = pa.concat_tables([empty, *pool.map(read_part, batch)])
+            _insert(connection, content.combine_chunks(), f"INSERT INTO data.{table} SELECT * FROM incoming")  # noqa: S608 - as above
+            if len(batch) == FILES_A_BATCH:  # what was registered is held until the transaction ends
+                connection.execute("COMMIT")
+                connection.execute("BEGIN")
 
 
 def create_view(connection: duckdb.DuckDBPyConnection, view: str) -> None:

@@ -10,6 +10,7 @@ from storage.views import (
     axis_parameter_rows,
     coverage_rows,
     epoch_rows,
+    one_catalog,
     slice_rows_of,
     tilt_rows,
 )
@@ -42,15 +43,16 @@ def load_epoch_record(workspace: Workspace, epoch: EpochRow) -> EpochRecord:
     """
     structure, name = epoch.structure, epoch.epoch
     slices: dict[Way, list[SliceRow]] = defaultdict(list)
-    for row in slice_rows_of(workspace, structure, name):
-        slices[row.scheme, row.method].append(row)
-    return EpochRecord(
-        epoch=epoch,
-        tilt={(row.scheme, row.method): row for row in tilt_rows(workspace, structure, name)},
-        parameters=_parameters(workspace, structure, name),
-        slices=dict(slices),
-        coverage=coverage_rows(workspace, structure, name),
-    )
+    with one_catalog(workspace):  # to open it takes longer than to read an epoch
+        for row in slice_rows_of(workspace, structure, name):
+            slices[row.scheme, row.method].append(row)
+        return EpochRecord(
+            epoch=epoch,
+            tilt={(row.scheme, row.method): row for row in tilt_rows(workspace, structure, name)},
+            parameters=_parameters(workspace, structure, name),
+            slices=dict(slices),
+            coverage=coverage_rows(workspace, structure, name),
+        )
 
 
 def reference_epoch(epochs: Sequence[EpochRow]) -> EpochRow | None:

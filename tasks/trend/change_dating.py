@@ -1,5 +1,6 @@
 """When a change began and what it changed, averaged over the onsets and random walks that the movements allow."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -8,7 +9,7 @@ from numpy.typing import NDArray
 
 from tasks.trend.gls import LONG_EPOCHS, state_covariance
 from tasks.trend.long_series import chain_model, chain_sigma
-from tasks.trend.onsets import Kind, Onsets, change_column, change_columns, onsets_between
+from tasks.trend.onsets import Kind, Onsets, blocks_of, change_column, change_columns, onsets_between
 from tasks.trend.outlook import Outlook, PlaneVector, mean_of
 from tasks.trend.series import LeanSeries
 from tasks.trend.walk import Rotated, WalkModel, WalkSigma, build_model, estimate, rotate, walk_sigma
@@ -20,6 +21,9 @@ LEAST_WEIGHT: Final = 1e-5
 """Of the heaviest node; lighter ones change no figure."""
 
 CREDIBLE: Final = 0.95
+
+MOST_NUMBERS: Final = 2**22
+"""Numbers in the columns of the changes that are looked at together: eight onsets an epoch grow with its square."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +123,12 @@ def _densest(likely: NDArray[np.float64], densities: NDArray[np.float64]) -> NDA
 
 def _joined(model: WalkModel, series: LeanSeries, onsets: Onsets, sigmas: NDArray[np.float64]) -> _Nodes:
     observed = rotate(model, series.movements.reshape(-1))
-    changes = rotate(model, change_columns(series, onsets))
     k, g = len(onsets.times), len(sigmas)
-    under = [_under(model, observed, changes, float(sigma)) for sigma in sigmas]
+    blocks = []
+    for block in blocks_of(onsets, max(1, MOST_NUMBERS // (4 * series.n_epochs))):
+        changes = rotate(model, change_columns(series, block))
+        blocks.append([_under(model, observed, changes, float(sigma)) for sigma in sigmas])
+    under = [_end_to_end(parts) for parts in zip(*blocks, strict=True)]
     scales = under[g // 2].log_information
     logs = [one.log_likelihood - 0.5 * (one.log_information - scales) for one in under]
     return _Nodes(
@@ -141,6 +148,15 @@ class _Under:
     log_information: NDArray[np.float64]
     values: NDArray[np.float64]
     covariances: NDArray[np.float64]
+
+
+def _end_to_end(blocks: Sequence[_Under]) -> _Under:
+    return _Under(
+        log_likelihood=np.concatenate([one.log_likelihood for one in blocks]),
+        log_information=np.concatenate([one.log_information for one in blocks]),
+        values=np.concatenate([one.values for one in blocks]),
+        covariances=np.concatenate([one.covariances for one in blocks]),
+    )
 
 
 def _under(model: WalkModel, observed: Rotated, changes: Rotated, sigma: float) -> _Under:

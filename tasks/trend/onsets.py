@@ -1,5 +1,6 @@
 """What a change at an onset looks like in the movements: a step, or a rate that turns."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -55,6 +56,13 @@ def onsets_between(series: LeanSeries, kind: Kind, parts: int) -> Onsets:
     return Onsets(
         kind, (lows[:, None] + spans[:, None] * shares).reshape(-1), np.repeat(spans / parts, parts)
     )
+
+
+def blocks_of(onsets: Onsets, most: int) -> Iterator[Onsets]:
+    """The onsets in blocks of at most so many, in their order."""
+    for start in range(0, len(onsets.times), most):
+        block = slice(start, start + most)
+        yield Onsets(onsets.kind, onsets.times[block], onsets.widths[block])
 
 
 def thinned(onsets: Onsets, most: int) -> Onsets:

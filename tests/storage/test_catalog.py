@@ -86,7 +86,11 @@ def test_no_view_lies_about_that_is_not_in_the_catalog() -> None:
     assert {path.stem for path in stored} == set(VIEWS)
 
 
-def test_the_catalog_holds_the_rows_of_the_tables(ws: Workspace) -> None:
+@pytest.mark.parametrize("files_a_batch", [1, 2, 3, 64])
+def test_the_catalog_holds_the_rows_of_the_tables(
+    ws: Workspace, monkeypatch: pytest.MonkeyPatch, files_a_batch: int
+) -> None:
+    monkeypatch.setattr("storage.catalog_content.FILES_A_BATCH", files_a_batch)
     fill(ws, 3)
     assert rebuild_catalog(ws)
     counts = {view: count(ws, view) for view in VIEWS}

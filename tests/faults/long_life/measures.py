@@ -22,8 +22,12 @@ QUERIES: Final = {
 MOST_GROWTH: Final = 1.25
 """A folder may take so many times as many bytes, and files, an epoch in a later stretch as in the first one."""
 
-SLACK_BYTES: Final = 16_384
-"""Bytes an epoch, a sixteenth of its tables: the list of the parts of its settings is itself cut as it grows longer."""
+SLACK: Final = {"bytes": 16_384.0, "files": 1.0}
+"""An epoch, a sixteenth of the bytes of its tables and one file of thirty: the list of the parts of a run's settings is
+itself cut in parts as it grows longer."""
+
+AT_TIMES_ANEW: Final = "catalog.duckdb"
+"""It grows, and shrinks when it is made anew: its growth is taken from the first point on."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +71,11 @@ def creeping(points: Sequence[Point]) -> list[str]:
     for what in ("bytes", "files"):
         for folder in points[-1].bytes:
             usual = _an_epoch(first, what, folder)
-            slack = SLACK_BYTES if what == "bytes" else 0.5
+            since = [(points[0], step[1]) for step in later] if folder == AT_TIMES_ANEW else later
             found += [
                 f"{folder} grows by {now:.0f} {what} an epoch up to {step[1].epochs} epochs, by {usual:.0f} at first"
-                for step in later
-                if (now := _an_epoch(step, what, folder)) > MOST_GROWTH * usual + slack
+                for step in since
+                if (now := _an_epoch(step, what, folder)) > MOST_GROWTH * usual + SLACK[what]
             ]
     if points[-1].descriptors > points[0].descriptors:
         found.append(f"{points[-1].descriptors} open files, {points[0].descriptors} at first")

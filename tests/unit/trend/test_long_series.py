@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from tasks.trend import LeanSeries, Terms, Trend, design_columns, fit_trend, gls_at
+from tasks.trend.change_dating import date_change
 from tasks.trend.change_point import ChangePoint, find_change
 from tasks.trend.long_series import at_sigma, chain_model, chain_sigma
+from tasks.trend.onsets import Kind
 from tasks.trend.walk import build_model, rotate, walk_sigma
 from tests.unit.trend.known_series import dense_covariance, drawn, irregular_times, some_covariances
 
@@ -95,3 +97,21 @@ def test_the_change_point_of_a_long_series_is_that_of_the_model_taken_apart(
     assert (found.kind, found.first_epoch, found.p_value) == (known.kind, known.first_epoch, known.p_value)
     assert found.dated.change.size == pytest.approx(known.dated.change.size, rel=0.01)
     assert found.dated.change.sigma == pytest.approx(known.dated.change.sigma, rel=0.03)
+
+
+@pytest.mark.parametrize("kind", ["step", "rate"])
+def test_onsets_looked_at_in_blocks_give_what_all_of_them_give_together(
+    monkeypatch: pytest.MonkeyPatch, kind: Kind
+) -> None:
+    series = some_series(n=30)
+    series.movements[15:] += 0.01
+    columns = design_columns(
+        series, Terms(rate=True, season=False, temperature=False, random_walk=True, reason="")
+    )
+    model, near = build_model(series, columns, True), float(series.times[15])
+    known = date_change(series, columns, model, kind, near)
+    monkeypatch.setattr("tasks.trend.change_dating.MOST_NUMBERS", 7 * 4 * 30)
+    found = date_change(series, columns, model, kind, near)
+    assert (found.time, found.earliest, found.latest) == (known.time, known.earliest, known.latest)
+    np.testing.assert_allclose(found.change.value, known.change.value, rtol=1e-9)
+    np.testing.assert_allclose(found.rate_after.covariance, known.rate_after.covariance, rtol=1e-9)
