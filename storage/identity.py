@@ -89,10 +89,14 @@ def second_of_identity(path: Path) -> Path:
 
 
 def _second(path: Path) -> bytes | None:
+    """What the second copy says; None where it is absent, damaged or that of another file: then there is the first."""
     try:
-        return unsealed(second_of_identity(path).read_bytes())
-    except OSError:  # who cannot read it has the first
+        content = unsealed(second_of_identity(path).read_bytes())
+        if content is not None:
+            identity_in(content)
+    except (OSError, ValueError):
         return None
+    return content
 
 
 def note_catalog(path: Path, definitions: str) -> None:

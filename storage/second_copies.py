@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final, Literal
 
 from storage.atomic import write_our_own
@@ -22,7 +23,7 @@ from storage.records import TABLES
 from storage.sealed import sealed, unsealed
 from storage.tables import ALARM_EVENTS, LEDGERS, RUNS
 from storage.text_parts import PARTS, read_text
-from storage.version_manifest import MANIFEST, read_manifest
+from storage.version_manifest import MANIFEST, manifest_in
 from storage.workspace import Workspace
 
 State = Literal["gone", "altered", "edited", "lost", "single", "second damaged"]
@@ -43,7 +44,8 @@ class _Kind:
     """Files that are kept twice: where, and what tells whether one of them is whole."""
 
     pattern: str
-    is_whole: Callable[[Path], bool]
+    is_whole: Callable[[Path, Path], bool]
+    """Whether a file holds what one at a path, the second argument, is to hold."""
     by_hand: bool = False
     """Whether people may edit them."""
 
@@ -81,13 +83,21 @@ def _state(ws: Workspace, kind: _Kind, path: Path) -> State | None:
     if first is not None and stored is not None and stored == sealed(first):
         return None
     second = None if stored is None else unsealed(stored)
-    if second is None:
-        if first is None or not _judged(path, kind.is_whole):
+    if second is None or not _is_of(kind, path, second):
+        if first is None or not _judged(kind, path, path):
             return "lost"
         return "single" if stored is None else "second damaged"
     if first is None:
         return "altered" if path.exists() else "gone"
-    return "edited" if kind.by_hand and _judged(path, kind.is_whole) else "altered"
+    return "edited" if kind.by_hand and _judged(kind, path, path) else "altered"
+
+
+def _is_of(kind: _Kind, path: Path, content: bytes) -> bool:
+    """Whether a content is one of that path: the second copy of another file, under this name, would take its place."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / path.name
+        file.write_bytes(content)
+        return _judged(kind, file, path)
 
 
 def _content(path: Path) -> bytes | None:
@@ -113,8 +123,8 @@ def _refused(path: Path, fault: OSError) -> StorageError:
     )
 
 
-def _judged(path: Path, is_whole: Callable[[Path], bool]) -> bool:
-    """Whether a file is whole; one that cannot be parsed is not.
+def _judged(kind: _Kind, file: Path, path: Path) -> bool:
+    """Whether a file holds what one of a kind at ``path`` is to hold; one that cannot be parsed does not.
 
     Raises
     ------
@@ -122,7 +132,7 @@ def _judged(path: Path, is_whole: Callable[[Path], bool]) -> bool:
         If the system refuses to read it.
     """
     try:
-        return is_whole(path)
+        return kind.is_whole(file, path)
     except (OSError, ValueError, StorageError) as fault:
         behind = fault if isinstance(fault, OSError) else fault.__cause__
         # a library that cannot parse raises OSError, too, and without a number
@@ -136,36 +146,36 @@ def _judged(path: Path, is_whole: Callable[[Path], bool]) -> bool:
         return False
 
 
-def _is_ledger(table: str) -> Callable[[Path], bool]:
+def _is_ledger(table: str) -> Callable[[Path, Path], bool]:
     column = LEDGERS[table]
 
-    def is_whole(path: Path) -> bool:
-        rows: list[object] = read_rows(path, table, TABLES[table])
+    def is_whole(file: Path, path: Path) -> bool:
+        rows: list[object] = read_rows(file, table, TABLES[table])
         named = {(getattr(row, "structure", ""), getattr(row, column)) for row in rows}
         return named <= {(path.parent.name, path.name.removesuffix(".parquet"))}
 
     return is_whole
 
 
-def _is_intake(path: Path) -> bool:
-    return tomllib.loads(path.read_text(encoding="utf-8")).get("epoch") == path.stem
+def _is_intake(file: Path, path: Path) -> bool:
+    return tomllib.loads(file.read_text(encoding="utf-8")).get("epoch") == path.stem
 
 
-def _is_settings(path: Path) -> bool:
-    return text_sha256(read_text(path, path.parents[1] / PARTS)) == path.stem
+def _is_settings(file: Path, path: Path) -> bool:
+    return text_sha256(read_text(file, path.parents[1] / PARTS)) == path.stem
 
 
-def _is_part(path: Path) -> bool:
-    return file_sha256(path) == path.stem
+def _is_part(file: Path, path: Path) -> bool:
+    return file_sha256(file) == path.stem
 
 
-def _is_manifest(path: Path) -> bool:
-    read_manifest(path.parent)
+def _is_manifest(file: Path, path: Path) -> bool:
+    manifest_in(file.read_bytes(), path)
     return True
 
 
-def _is_identity(path: Path) -> bool:
-    identity_in(path.read_bytes())
+def _is_identity(file: Path, _path: Path) -> bool:
+    identity_in(file.read_bytes())
     return True
 
 

@@ -36,16 +36,36 @@ def read_manifest(folder: Path) -> Manifest:
     """
     path = folder / MANIFEST
     try:
-        content = json.loads(path.read_bytes())
-        files = {str(table): str(digest) for table, digest in content.pop("files").items()}
-        row = VersionRow(**{**content, "archived_at": datetime.fromisoformat(content["archived_at"])})
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as fault:
-        raise StorageError(
-            f"{path} is absent or damaged; restore it from a backup, or move {folder} out of the workspace"
-        ) from fault
+        content = path.read_bytes()
+    except OSError as fault:
+        raise _damaged(path) from fault
+    return manifest_in(content, path)
+
+
+def manifest_in(content: bytes, path: Path) -> Manifest:
+    """Make out the manifest that a content is, where it is to lie at a path.
+
+    Raises
+    ------
+    StorageError
+        If it is damaged, or of another epoch than its folder says.
+    """
+    try:
+        said = json.loads(content)
+        files = {str(table): str(digest) for table, digest in said.pop("files").items()}
+        row = VersionRow(**{**said, "archived_at": datetime.fromisoformat(said["archived_at"])})
+    except (ValueError, KeyError, TypeError, AttributeError) as fault:
+        raise _damaged(path) from fault
+    folder = path.parent
     named = (folder.parent.parent.name, folder.parent.name, folder.name)
     if (row.structure, row.version, row.epoch) != named:
         raise StorageError(
             f"{path} is of {row.structure}/{row.version}/{row.epoch}, its folder of {'/'.join(named)}; put it back"
         )
     return Manifest(row, files)
+
+
+def _damaged(path: Path) -> StorageError:
+    return StorageError(
+        f"{path} is absent or damaged; restore it from a backup, or move {path.parent} out of the workspace"
+    )

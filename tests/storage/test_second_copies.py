@@ -111,6 +111,37 @@ def test_one_event_exchanged_for_another_is_put_back(full: Workspace) -> None:
     assert [row.event for row in rows_of(full, AlarmEventRow)] == ["a1", "a2"]
 
 
+@pytest.mark.parametrize(
+    ("name", "other"),
+    [
+        (KEPT_TWICE[0], KEPT_TWICE[0].replace("a1", "a2")),
+        (KEPT_TWICE[1], KEPT_TWICE[0]),
+        (KEPT_TWICE[2], KEPT_TWICE[3]),
+        (KEPT_TWICE[3], KEPT_TWICE[3].replace("e1", "e0")),
+        (KEPT_TWICE[4], KEPT_TWICE[0]),
+    ],
+    ids=["event", "ledger", "intake", "manifest", "identity"],
+)
+def test_the_second_copy_of_another_file_does_not_take_the_place_of_a_whole_one(
+    full: Workspace, name: str, other: str
+) -> None:
+    path = full.root / name
+    before, second = path.read_bytes(), second_path(full, path).read_bytes()
+    DAMAGES["exchanged"](second_path(full, path), second_path(full, full.root / other))
+    assert name in {fault.where for fault in verify_workspace(full).faults}
+    (told,) = mend_copies(full)
+    assert (told.where, told.is_lost, path.read_bytes()) == (name, False, before)
+    assert second_path(full, path).read_bytes() == second
+
+
+def test_the_second_copy_of_another_file_does_not_stand_for_one_that_is_gone(full: Workspace) -> None:
+    path = full.root / KEPT_TWICE[0]
+    DAMAGES["exchanged"](second_path(full, path), second_path(full, path.with_name("a2.parquet")))
+    path.unlink()
+    (told,) = mend_copies(full)
+    assert (told.is_lost, path.exists()) == (True, False)
+
+
 def test_earlier_results_that_are_gone_with_their_folder_are_said(full: Workspace) -> None:
     folder = (full.root / KEPT_TWICE[3]).parent
     for path in folder.iterdir():
