@@ -99,7 +99,10 @@ def check_mounted(root: Path, fstab: Path | None = None) -> None:
     """
     fstab = fstab or FSTAB
     for point in _mount_points(fstab):
-        if root.is_relative_to(point) and point != Path("/") and not _is_mounted(point):
+        below = root.is_relative_to(point) or root.resolve().is_relative_to(
+            point
+        )  # it may lead there over a link
+        if below and point != Path("/") and not _is_mounted(point):
             raise StorageError(
                 f"no workspace at {root}: {point} is the place of a drive ({fstab}) and none is mounted there; "
                 f"mount it (`mount {point}`) and run again, or name another folder with --workspace"

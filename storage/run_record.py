@@ -213,7 +213,10 @@ def may_live(record: RunRecord) -> bool:
         return True
     if record.boot is not None and record.boot != _boot():
         return False
-    started_at = _started_at(record.pid, record.boot)
+    try:
+        started_at = _started_at(record.pid, record.boot)
+    except PermissionError:  # it is there, and of somebody else
+        return True
     return started_at is not None and abs(started_at - record.process_started_at) < START_TOLERANCE_S
 
 
@@ -235,7 +238,13 @@ def _now() -> str:
 
 
 def _started_at(pid: int, boot: str | None) -> float | None:
-    """When a process began, seconds since the boot or, without one, 1970; None where there is none, or it is a zombie."""
+    """When a process began, seconds since the boot or, without one, 1970; None where there is none, or it is a zombie.
+
+    Raises
+    ------
+    PermissionError
+        If this user may not look at it.
+    """
     psutil = importlib.import_module("psutil")
     try:
         process = psutil.Process(pid)
@@ -243,6 +252,8 @@ def _started_at(pid: int, boot: str | None) -> float | None:
             return None
         # from the boot on: psutil adds the time of the boot, which the system reckons back from the clock as it is now
         return float(process.create_time()) if boot is None else _since_boot_s(pid)
+    except psutil.AccessDenied as fault:
+        raise PermissionError(f"cannot look at process {pid}") from fault
     except (psutil.Error, FileNotFoundError, ProcessLookupError):
         return None
 

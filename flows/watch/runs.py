@@ -92,6 +92,7 @@ class Runs:
     def _start(self, intake: Intake) -> None:
         sha256, stack = self._sha256(intake), ExitStack()
         self._tried.add((intake.epoch, sha256))
+        self._again_s.pop((intake.epoch, sha256), None)  # the end of this run says whether there is another
         words = ["run", str(self._place.campaign_file), "--workspace", str(self._place.workspace.root)]
         command = [sys.executable, "-m", "flows.cli", *words, "--epoch", intake.epoch, "--json"]
         paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]

@@ -41,12 +41,12 @@ class Tried:
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, stdout: str) -> None:
         self.ws = open_workspace(folder / "ws")
         self.count = 0
-        outcome = ChildOutcome(3, timed_out=False, seconds=1.0, stdout=stdout, stderr_tail="")
+        self.outcome = ChildOutcome(3, timed_out=False, seconds=1.0, stdout=stdout, stderr_tail="")
 
         @contextmanager
         def started(*_what: object, **_how: object) -> Iterator[SimpleNamespace]:
             self.count += 1
-            yield SimpleNamespace(running=False, began_s=time.monotonic(), outcome=lambda: outcome)
+            yield SimpleNamespace(running=False, began_s=time.monotonic(), outcome=lambda: self.outcome)
 
         monkeypatch.setattr(runs, "started_child", started)
         write_intake(self.ws, "silo", "e1", intake_text(INTAKE))
@@ -99,3 +99,18 @@ def test_a_note_that_cannot_be_written_ends_no_watch(
     tried = Tried(tmp_path, monkeypatch, answer(StorageError("full")))
     assert tried.follow() == 1
     assert "cannot write the note" in capsys.readouterr().out
+
+
+def test_a_run_that_ended_otherwise_when_it_was_tried_again_is_not_tried_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(runs, "AGAIN_AFTER_S", 0.0)
+    tried = Tried(tmp_path, monkeypatch, answer(StorageError("cannot write x: no space left on device")))
+    tried.runs.follow([INTAKE])
+    tried.runs.follow([INTAKE])
+    before = tried.count
+    tried.outcome = ChildOutcome(
+        1, timed_out=False, seconds=1.0, stdout="", stderr_tail="a fault of tiltwatch"
+    )
+    tried.follow()
+    assert tried.count <= before + 1

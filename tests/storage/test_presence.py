@@ -55,3 +55,6 @@ def test_a_bound_folder_counts_as_mounted(tmp_path: Path, monkeypatch: pytest.Mo
     mounted.write_text("", encoding="utf-8")
     with pytest.raises(StorageError, match="none is mounted there"):
         check_mounted(place / "ws", fstab)
+    (tmp_path / "link").symlink_to(place)
+    with pytest.raises(StorageError, match="none is mounted there"):
+        check_mounted(tmp_path / "link" / "ws", fstab)

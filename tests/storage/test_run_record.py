@@ -31,6 +31,18 @@ def test_a_run_under_way_is_not_taken_for_dead(ws: Workspace) -> None:
     assert may_live(record)
 
 
+def test_a_process_that_this_user_may_not_look_at_is_not_taken_for_dead(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    record = record_of_this_process("run-1", STRUCTURE, "own")
+
+    def hidden(pid: int) -> psutil.Process:
+        raise psutil.AccessDenied(pid)
+
+    monkeypatch.setattr(psutil, "Process", hidden)
+    assert may_live(record)
+
+
 def test_a_run_whose_process_was_killed_is_taken_by_one_alone_with_all_that_it_did(ws: Workspace) -> None:
     code = (
         "import os, signal, sys; from pathlib import Path; from storage.workspace import Workspace\n"
