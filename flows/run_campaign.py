@@ -136,10 +136,11 @@ def _with_engine(request: RunRequest, campaign: Campaign, workspace: Workspace) 
     from flows.monitor_campaign import monitor_campaign  # noqa: PLC0415
     from flows.quiet_engine import quiet_engine  # noqa: PLC0415
     from flows.run_guard import RunGuard  # noqa: PLC0415
+    from flows.server_check import loss_told  # noqa: PLC0415
 
     find_versions()
     engine.wait()
-    with quiet_engine():
+    with quiet_engine(), loss_told():
         outcomes = monitor_campaign(
             str(request.campaign_file),
             str(workspace.root),

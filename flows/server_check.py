@@ -2,10 +2,14 @@
 
 import base64
 import http.client
+import importlib
 import json
-from typing import Final
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import ClassVar, Final
 
 from flows.workflow_server import LOOPBACK, ServerRecord
+from storage.errors import TiltwatchError
 
 WRITE_S: Final = 30.0
 """Longest wait for a small thing to be written down; a loaded machine needs seconds.
@@ -14,6 +18,12 @@ Prefect's client asks a server that does not answer six times over, for a minute
 """
 
 CREATED: Final = (200, 201)
+
+
+class ServerLostError(TiltwatchError):
+    """A workflow server answered no longer when a run was under way."""
+
+    exit_code: ClassVar[int] = 3
 
 
 def why_it_cannot_write(record: ServerRecord) -> str | None:
@@ -37,3 +47,21 @@ def why_it_cannot_write(record: ServerRecord) -> str | None:
     if answer.status in CREATED:
         return None
     return f"its database takes nothing in (answer {answer.status}): is the drive of {record.folder} full?"
+
+
+@contextmanager
+def loss_told() -> Iterator[None]:
+    """Say in words for the user that the server of a run answers no longer.
+
+    Raises
+    ------
+    ServerLostError
+        In the place of what Prefect's client raises when it has asked often enough.
+    """
+    try:
+        yield
+    except importlib.import_module("httpx").HTTPError as fault:
+        raise ServerLostError(
+            f"the workflow server answers no longer ({type(fault).__name__}: {fault}); what was computed and published is "
+            "kept: run again; another one takes its place if it stays so, unless PREFECT_API_URL names one of your own"
+        ) from fault
