@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from storage.errors import InputError
 from tasks.ingest.scan import RawScan, Reader, ScanHeader, ScanRequest
-from tasks.ingest.text_layout import TextLayout, decimal_comma, is_number, sniff_layout, split_row
+from tasks.ingest.text_layout import TextLayout, decimal_comma, is_number, sniff_layout, split_row, text_of
 
 HEAD_BYTES: Final = 1 << 16
 BLOCK_BYTES: Final = 4 << 20
@@ -70,7 +70,7 @@ def _fill(path: Path, file: BinaryIO, layout: TextLayout, values: NDArray[np.flo
     """Parse the rows into values; how many there were, and whether the last line had an end."""
     n_rows, line, end = 0, layout.first_line, b""
     for block in _blocks(path, file):
-        text = block.decode("latin-1").replace("\r\n", "\n").replace("\r", "\n")
+        text = text_of(block).replace("\r\n", "\n").replace("\r", "\n")
         rows = _parse(path, layout, text, line)
         if n_rows + len(rows) > len(values):
             raise InputError(
@@ -104,9 +104,30 @@ def _parse(path: Path, layout: TextLayout, text: str, first_line: int) -> NDArra
         return np.empty((0, 3))
     lines = text.split("\n")
     try:
-        return np.loadtxt(lines, delimiter=layout.separator, usecols=layout.columns, comments=None, ndmin=2)
+        rows = np.loadtxt(lines, delimiter=layout.separator, usecols=layout.columns, comments=None, ndmin=2)
     except ValueError as error:
         raise _bad_row(path, layout, lines, first_line, str(error)) from error
+    _check_fields(path, layout, lines, first_line)
+    return rows
+
+
+def _check_fields(path: Path, layout: TextLayout, lines: list[str], first_line: int) -> None:
+    """Refuse a row of numbers that has more or fewer than the first: one may be torn, as 1 234.5, and the others moved."""
+    if layout.n_fields is None:
+        return
+    counts = (
+        [len(line.split()) for line in lines]
+        if layout.separator is None
+        else [line.count(layout.separator) + 1 for line in lines]
+    )
+    for index, (line, n_fields) in enumerate(zip(lines, counts, strict=True)):
+        if n_fields == layout.n_fields or not line.strip():
+            continue
+        if all(is_number(field) for field in split_row(line, layout.separator)):
+            raise InputError(
+                f"{path}: needs {layout.n_fields} numbers in every row as in the first, came {n_fields} in "
+                f"line {first_line + index} {line.strip()[:60]!r}; correct or remove that line"
+            )
 
 
 def _bad_row(path: Path, layout: TextLayout, lines: list[str], first_line: int, reason: str) -> InputError:

@@ -1,5 +1,6 @@
 """The points of the scans of an E57 file, decoded by libE57Format, which verifies the checksum of every page."""
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -67,7 +68,7 @@ class ScanFigures:
         if self.steepest_rad <= np.pi / 2.0 + ROUNDING_RAD:
             return ()
         return (
-            f"{scan.place} states elevations up to {np.degrees(self.steepest_rad):.4g} degrees, the standard has them "
+            f"{scan.place} states elevations up to {math.degrees(self.steepest_rad):.4g} degrees, the standard has them "
             "from -90 to 90: if they are zenith angles the points are wrong; export cartesian coordinates",
         )
 

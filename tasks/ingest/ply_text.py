@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from storage.errors import InputError
 from tasks.ingest.ply_header import PlyElement, PlyHeader
 from tasks.ingest.scan import RawScan
-from tasks.ingest.text_layout import is_number
+from tasks.ingest.text_layout import is_number, text_of
 from tasks.ingest.text_rows import (
     CountedRows,
     count_in,
@@ -62,7 +62,7 @@ def _rows_with_lists(
     """Wanted columns (n, 3) of rows whose lists make them of different lengths; line by line, which is slow."""
     points: list[list[float]] = []
     for block in take_lines(path, file, rows.n_rows):
-        for text in block.decode("latin-1").splitlines():
+        for text in text_of(block).splitlines():
             fields = text.split()
             try:
                 numbers = _first_numbers(vertex, fields)

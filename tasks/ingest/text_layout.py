@@ -19,16 +19,24 @@ CONTROL: Final = frozenset(range(32)) - frozenset(b"\t\n\r\f\v")
 LONGEST_NUMBER: Final = 18
 """Digits of the number of a point; more are none."""
 
+NO_SEPARATORS: Final = bytes.maketrans(b"\x1c\x1d\x1e\x1f\x85\xa0", b"??????")
+"""Bytes that Python takes for white space and no exporter does: 1<no-break space>234.5 is one number, written badly."""
+
 FEWEST_COUNTED: Final = 3
 """So many lines whose first column counts 1, 2, 3 make it a column of numbers of points."""
 
 
 @dataclass(frozen=True, slots=True)
 class TextLayout:
-    """How to read the rows; ``separator`` None is white space, ``first_line`` counts from 1."""
+    """How to read the rows; ``separator`` None is white space, ``first_line`` counts from 1.
+
+    ``n_fields`` is that of the first row where all of them are numbers: then each row has as many. None where names or
+    notes stand among them, which may have several words.
+    """
 
     separator: str | None
     columns: tuple[int, int, int]
+    n_fields: int | None
     rows_at: int
     first_line: int
     n_declared: int | None
@@ -67,9 +75,29 @@ def sniff_layout(path: Path, head: bytes, coordinates: Coordinates) -> TextLayou
     if preamble.names is not None:
         names = _split_names(preamble.names, separator)
         columns = find_columns(path, names, coordinates)
+        _check_commas(path, preamble, names, separator)
     else:
         columns = _columns_without_names(path, preamble, separator, coordinates)
-    return TextLayout(separator, columns, preamble.rows_at, preamble.first_line, preamble.n_declared)
+    fields = split_row(preamble.rows[0].strip(), separator)
+    n_fields = len(fields) if all(is_number(field) for field in fields) else None
+    return TextLayout(
+        separator, columns, n_fields, preamble.rows_at, preamble.first_line, preamble.n_declared
+    )
+
+
+def text_of(block: bytes) -> str:
+    """Text of a block of lines, in which only ASCII white space is white space; a letter is what it is in Latin-1."""
+    return block.translate(NO_SEPARATORS).decode("latin-1")
+
+
+def _check_commas(path: Path, preamble: _Preamble, names: Sequence[str], separator: str | None) -> None:
+    """Refuse more numbers than names between commas: 1,5,2,5,3,5 are three numbers, written with decimal commas."""
+    fields = split_row(preamble.rows[0].strip().rstrip(","), separator)
+    if separator == "," and len(fields) > len(names) and all(is_number(field) for field in fields):
+        raise InputError(
+            f"{path}: needs a number for each of {len(names)} names, came {len(fields)} in line {preamble.first_line} "
+            f"{preamble.rows[0].strip()[:60]!r}; write numbers as 1.5, or name all columns"
+        )
 
 
 def split_row(line: str, separator: str | None) -> list[str]:
@@ -114,9 +142,9 @@ def _read_preamble(path: Path, head: bytes, coordinates: Coordinates) -> _Preamb
     at = 3 if head.startswith(b"\xef\xbb\xbf") else 0
     lines = head[at:].splitlines(keepends=True)
     for index, raw in enumerate(lines):
-        line = raw.decode("latin-1").strip()
+        line = text_of(raw).strip()
         if _is_row(line):
-            rows = tuple(row.decode("latin-1") for row in lines[index : index + 20])
+            rows = tuple(text_of(row) for row in lines[index : index + 20])
             return _Preamble(names, n_declared, at, index + 1, rows)
         at += len(raw)
         comment = COMMENT.match(line)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from storage.errors import InputError
 from tasks.ingest.scan import ScanRequest
-from tasks.ingest.text_layout import decimal_comma, is_number, split_row
+from tasks.ingest.text_layout import decimal_comma, is_number, split_row, text_of
 
 BLOCK_BYTES: Final = 4 << 20
 """Of text, parsed at a time."""
@@ -85,7 +85,7 @@ def next_line(path: Path, file: BinaryIO) -> str | None:
             f"{path}: needs lines of text, came no line end in {LONGEST_LINE} bytes; "
             "the file is damaged or in another format, export it again"
         )
-    return line.decode("latin-1").strip() if line else None
+    return text_of(line).strip() if line else None
 
 
 def take_lines(path: Path, file: BinaryIO, n_lines: int) -> Iterator[bytes]:
@@ -154,7 +154,7 @@ def fill_rows(path: Path, file: BinaryIO, rows: CountedRows, values: NDArray[np.
     """
     done, line = 0, rows.first_line
     for block in take_lines(path, file, rows.n_rows):
-        text = block.decode("latin-1").replace("\r\n", "\n")
+        text = text_of(block).replace("\r\n", "\n")
         parsed = _parse(path, rows, text, line)
         values[done : done + len(parsed)] = parsed
         done, line = done + len(parsed), line + text.count("\n")

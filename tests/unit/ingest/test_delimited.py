@@ -33,7 +33,9 @@ TWO_POINTS = np.array([[1.5, -2.0, 3.0], [4.0, 5.25, -6.0]])
         "id,z,y,x\n1,3,-2,1.5\n2,-6,5.25,4\n",
         '"X [m]","Y [m]","Z [m]"\n1.5,-2,3\n4,5.25,-6\n',
         "\ufeffx;y;z;Höhe\n1.5;-2;3;0\n4;5.25;-6;0\n",
-        "x_m,y_m,z_m\n1.5,-2,3,7\n4,5.25,-6\n",
+        "x_m,y_m,z_m\n1.5,-2,3\n4,5.25,-6\n",
+        "1.5 -2 3 a tree\n4 5.25 -6 another one 7\n",
+        "1.5,-2,3,caf\xe9\xa0\n4,5.25,-6,\n",
     ],
 )
 @pytest.mark.parametrize("suffix", [".xyz", ".csv", ".txt", ".asc"])
@@ -55,6 +57,16 @@ def test_every_common_layout_gives_the_same_points(tmp_path: Path, text: str, su
         ("1,2,3\n1_0,2,3\n", r"needs numbers, came '1_0' in line 2"),
         ("a,b,c\n1,2,3\n", r"needs one column 'x', came 0 among a, b, c"),
         ("X,Y,X\n1,2,3\n", r"needs one column 'x', came 2 among X, Y, X"),
+        (
+            "1 2 3\n1 005.5 2 3\n",
+            r"needs 3 numbers in every row as in the first, came 4 in line 2 '1 005.5 2 3'",
+        ),
+        ("1,2,3,4\n1,2,3\n", r"needs 4 numbers in every row as in the first, came 3 in line 2"),
+        ("1 2 3\n\n1\xa0005.5 2 3\n", r"needs numbers, came '1.{1,2}005\.5' in line 3"),
+        (
+            "x,y,z\n1,5,2,5,3,5\n",
+            r"needs a number for each of 3 names, came 6 in line 2 .*; write numbers as 1\.5",
+        ),
         ("x,y (ft),z\n1,2,3\n", r"needs metres and degrees, came column 'y \(ft\)' in ft"),
         ("x,y,z\n", r"needs rows of three numbers, came none"),
         ("1 636.1 849.2 5\n2 636.2 849.1 5\n3 636.3 849.5 6\n", r"came the numbers 1, 2, 3; add a line"),
