@@ -1,5 +1,6 @@
 """Poses as files state them: checked, and put to use."""
 
+import math
 from pathlib import Path
 from typing import Final
 
@@ -70,7 +71,7 @@ def pose_of_quaternion(
     InputError
         If the quaternion is not of norm 1, or anything is not finite.
     """
-    norm = float(np.linalg.norm(quaternion))
+    norm = math.hypot(*quaternion)  # of huge numbers, too
     if not abs(norm - 1.0) <= UNIT_NORM or not np.isfinite(translation).all():
         raise InputError(
             f"{path}: needs a finite pose with a quaternion of norm 1, came norm {norm:.4g} in {where}; export again"

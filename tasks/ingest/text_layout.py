@@ -142,7 +142,7 @@ def _read_preamble(path: Path, head: bytes, coordinates: Coordinates) -> _Preamb
     at = 3 if head.startswith(b"\xef\xbb\xbf") else 0
     lines = head[at:].splitlines(keepends=True)
     for index, raw in enumerate(lines):
-        line = text_of(raw).strip()
+        line = raw.decode("latin-1").strip()  # as a row that other white space parts: it is refused then
         if _is_row(line):
             rows = tuple(text_of(row) for row in lines[index : index + 20])
             return _Preamble(names, n_declared, at, index + 1, rows)

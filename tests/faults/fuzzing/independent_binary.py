@@ -13,11 +13,15 @@ from tests.faults.fuzzing.seeds import Seed
 
 Records = NDArray[np.float64]
 SPACE = "{*}"
+LASZIP = 128
+"""Bit of the point format: compressed, whatever the name of the file says."""
 
 
 def las(content: bytes) -> Records:
     """x, y, z of all records."""
     count, points_at, width = _las_places(content)
+    if content[104] & LASZIP:
+        raise Unsure
     scale, offset = _grid(content)
     room = content[points_at : points_at + count * width]
     if len(room) < count * width or width < 12:
@@ -103,6 +107,7 @@ def _scan(content: bytes, scan: ElementTree.Element, *, in_file: bool) -> Record
     columns = {
         field.tag.rpartition("}")[2]: _column(field, stream, count)
         for field, stream in zip(fields, streams, strict=True)
+        if field.tag.rpartition("}")[2].startswith(("cartesian", "spherical"))
     }
     values = _coordinates(columns)
     return _placed(scan, values) if in_file else values

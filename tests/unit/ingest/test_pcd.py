@@ -248,6 +248,7 @@ def test_every_common_header_gives_the_same_points(
         ({"WIDTH": "0", "POINTS": "0"}, "", "came a file that holds no points"),
         ({"WIDTH": "-4"}, BODY, r"needs POINTS = WIDTH \* HEIGHT"),
         ({"VIEWPOINT": "0 0 0 0 0 0 0"}, BODY, "came norm 0 in VIEWPOINT"),
+        ({"VIEWPOINT": "0 0 0 1e300 0 0 0"}, BODY, r"came norm 1e\+300 in VIEWPOINT"),
         ({"VIEWPOINT": "0 0 0 1 0 0"}, BODY, "needs seven numbers in VIEWPOINT, came 6"),
         ({"VIEWPOINT": "nan 0 0 1 0 0 0"}, BODY, "needs a finite pose"),
         ({"DATA": "zip"}, BODY, "needs DATA ascii, binary, binary_compressed, came 'zip'"),
