@@ -24,11 +24,11 @@ def sweep_old_homes(folder: Path, own: Path) -> None:
 
 
 def _is_abandoned(home: Path) -> bool:
-    """Whether nothing changed in a home for long; not known of that of another user, which is his to remove."""
+    """Whether nothing changed in a home for long; not known of that of another user, or of one that is just removed."""
     try:
         # dated far ahead: the clock was set back since
         return abs(time.time() - _last_used_s(home)) >= UNUSED_S
-    except PermissionError:
+    except (PermissionError, FileNotFoundError):
         return False
 
 

@@ -44,5 +44,7 @@ def _host_of(url: str) -> str:
     except ValueError:
         host = None
     if not host:
-        raise UsageError(f"{ADDRESS} needs an address as http://127.0.0.1:4200/api, got {url[:80]!r}")
+        login, at, rest = url.rpartition("@")  # USER:PASSWORD@HOST without http:// is no login to urlsplit
+        shown = f"***{at}{rest}" if login else url
+        raise UsageError(f"{ADDRESS} needs an address as http://127.0.0.1:4200/api, got {shown[:80]!r}")
     return host

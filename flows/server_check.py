@@ -60,7 +60,7 @@ def loss_told() -> Iterator[None]:
     """
     try:
         yield
-    except importlib.import_module("httpx").HTTPError as fault:
+    except importlib.import_module("httpx").TransportError as fault:
         raise ServerLostError(
             f"the workflow server answers no longer ({type(fault).__name__}: {fault}); what was computed and published is "
             "kept: run again; another one takes its place if it stays so, unless PREFECT_API_URL names one of your own"

@@ -49,10 +49,10 @@ def _set_aside_a_damaged_database(folder: Path) -> None:
     if damage is None:
         return
     with suppress(StorageError):  # the server then says itself that it cannot start
-        kept = move_out_of_the_way(database)
-        for name in BESIDE:
+        for name in BESIDE:  # first: a new database must not find them
             if (folder / name).exists():
                 move_out_of_the_way(folder / name)
+        kept = move_out_of_the_way(database)
         note(
             f"the history of flow runs {database} is damaged ({damage}): it is kept as {kept.name}, and a new one begun; "
             "no result rests on it"

@@ -32,6 +32,10 @@ ITEM_LAYERS: Final[Mapping[int, int]] = MappingProxyType({10: 9, 11: 1, 12: 2, 1
 EXTRA_BYTES_LAYERED: Final = 14
 
 
+MOST_POINTS_A_BYTE: Final = 4096
+"""Three million points that are all the same take a byte for 630 of them; no scan is near that."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Compression:
     record: bytes
@@ -143,6 +147,11 @@ def _table(path: Path, file: BinaryIO, header: LasHeader) -> tuple[int, int]:
 
 def _check_count(path: Path, header: LasHeader, compression: _Compression, chunks: Sequence[Chunk]) -> None:
     filled = [chunk for chunk in chunks if chunk.n_bytes]
+    n_bytes = sum(chunk.n_bytes for chunk in filled)
+    if header.n_points > MOST_POINTS_A_BYTE * n_bytes:
+        raise _damaged(
+            path, f"the {header.n_points} points that its header states", f"{n_bytes} bytes of points"
+        )
     most = sum(chunk.n_points for chunk in filled)
     last = filled[-1].n_points if filled else 0
     fewest = most if compression.chunk_points == VARIABLE else most - last + 1

@@ -140,3 +140,10 @@ def test_one_on_this_machine_may_be_without(host: str, monkeypatch: pytest.Monke
 def test_what_is_no_address_is_refused(url: str) -> None:
     with pytest.raises(UsageError, match="needs an address"):
         check_server_address(url)
+
+
+def test_a_login_before_a_host_without_http_is_not_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("PREFECT_API_AUTH_STRING", raising=False)
+    with pytest.raises(UsageError, match=r"needs an address as .*, got '\*\*\*@host:4200/api'") as told:
+        check_server_address("user:canary@host:4200/api")
+    assert "canary" not in str(told.value)

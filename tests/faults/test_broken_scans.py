@@ -157,6 +157,19 @@ def test_a_chunk_size_beyond_memory_is_not_allocated(tmp_path: Path) -> None:
     assert np.array_equal(read_scan(path).points_m, points_m)
 
 
+def test_billions_of_points_in_a_few_bytes_are_not_allocated(tmp_path: Path) -> None:
+    """Its chunk size and its header agree on them; arithmetic coding knows no least size of a point."""
+    path = write_las(tmp_path / "a.laz", wall_points(50), version="1.2", point_format=0)
+    content = bytearray(path.read_bytes())
+    struct.pack_into("<I", content, 107, 1_900_000_000)
+    struct.pack_into("<I", content, content.index(b"laszip encoded") + 52 + 12, 2_000_000_000)
+    path.write_bytes(content)
+    with pytest.raises(
+        InputError, match=r"needs the 1900000000 points that its header states, came \d+ bytes of points"
+    ):
+        read_scan(path)
+
+
 def test_a_chunk_table_of_billions_is_not_allocated(tmp_path: Path) -> None:
     path = write_las(tmp_path / "new.laz", wall_points(300))
     content = path.read_bytes()

@@ -4,6 +4,8 @@ import os
 import time
 from pathlib import Path
 
+import pytest
+
 from flows.old_homes import UNUSED_S, sweep_old_homes
 from flows.workflow_server import server_lock
 
@@ -47,3 +49,12 @@ def test_a_home_that_somebody_holds_stays(tmp_path: Path) -> None:
 def test_no_folder_is_no_fault(tmp_path: Path) -> None:
     sweep_old_homes(tmp_path / "none", tmp_path / "none" / "own")
     assert not (tmp_path / "none").exists()
+
+
+def test_a_home_that_another_process_removes_meanwhile_is_no_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    old = home(tmp_path, "old", age_s=2 * UNUSED_S)
+    monkeypatch.setattr("flows.old_homes._last_used_s", lambda _home: Path(tmp_path / "gone").stat().st_mtime)
+    sweep_old_homes(tmp_path, tmp_path / "own")
+    assert old.is_dir()

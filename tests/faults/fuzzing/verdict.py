@@ -246,4 +246,6 @@ def _not_taken(raw: object, taken: object, where: str) -> str:
         )
     if isinstance(raw, str) and isinstance(taken, str):
         return "" if raw.strip().lower() == taken.strip().lower() else where
-    return "" if raw == taken else where
+    # a whole number may have more digits than a float has
+    same = float(raw) == taken if isinstance(raw, int) and isinstance(taken, float) else raw == taken
+    return "" if same else where
