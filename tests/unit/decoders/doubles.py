@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import psutil
+
 from storage.decoders import parquet_program
 from storage.decoders.pool import DecoderPool
 from storage.decoders.process import DecoderProgram
@@ -98,3 +100,18 @@ def spoilt_pool(folder: Path, suffix: str, deed: str) -> DecoderPool:
 def _pool(file: Path, text: str) -> DecoderPool:
     file.write_text(text)
     return DecoderPool(DecoderProgram("spoilt", file, MEMORY_BYTES))
+
+
+def children_with(word: str) -> list[psutil.Process]:
+    """Children of this process that are at work and have a word in their command line.
+
+    What other tests have started and nobody waited for may have ended, and has none.
+    """
+    return [child for child in psutil.Process().children() if word in str(_command_line(child))]
+
+
+def _command_line(child: psutil.Process) -> list[str]:
+    try:
+        return child.cmdline()
+    except (psutil.ZombieProcess, psutil.NoSuchProcess):
+        return []

@@ -21,7 +21,7 @@ from storage.decoders.process import (
     DecoderRefusal,
     Limits,
 )
-from tests.unit.decoders.doubles import pool_of_deeds
+from tests.unit.decoders.doubles import children_with, pool_of_deeds
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ends of processes have other names there")
 SHORT = Limits(0.3, 60.0)
@@ -161,4 +161,4 @@ def test_nothing_of_a_crash_stays_open(deeds: DecoderPool) -> None:
     for _ in range(5):
         crash()
     assert len(list(Path("/proc/self/fd").iterdir())) == before
-    assert [child for child in psutil.Process().children() if "deeds.py" in str(child.cmdline())] == []
+    assert children_with("deeds.py") == []

@@ -18,7 +18,7 @@ from storage.workspace import open_workspace
 from tasks.caching import lasting
 from tasks.ingest import ScanRequest, laz_decoder, read_scan, stream_scan
 from tasks.stored_scan import store_scan
-from tests.unit.decoders.doubles import PLACE, spoilt_pool
+from tests.unit.decoders.doubles import PLACE, children_with, spoilt_pool
 from tests.unit.ingest.clouds import wall_points, write_las
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="ends of processes have other names there")
@@ -61,7 +61,7 @@ def test_what_its_decoder_does_costs_a_scan_and_no_other(
     assert lasting(refused.value) is refused.value
     assert read_scan(good).points_m == pytest.approx(expected, abs=1e-9)
     pool.end_idle()
-    assert [child for child in psutil.Process().children() if deed in str(child.cmdline())] == []
+    assert children_with(deed) == []
 
 
 def test_a_decoder_that_the_system_ended_is_not_remembered_as_a_fault_of_the_scan(
@@ -112,7 +112,7 @@ def test_a_scan_that_is_not_read_to_its_end_leaves_no_decoder_at_work(
     pieces = stream_scan(write(tmp_path / "a.laz", 200_000)).pieces(lambda _: None)
     laz_decoder.DECODERS.end_idle()
     next(pieces)
-    [decoder] = [child for child in psutil.Process().children() if "laz_program" in str(child.cmdline())]
+    [decoder] = children_with("laz_program")
     del pieces
     assert not decoder.is_running()
 

@@ -8,7 +8,7 @@ import pytest
 from storage.errors import InputError
 from tasks.ingest import ScanRequest, describe_scan, read_scan
 from tests.unit.ingest.clouds import rows_of, wall_points, write_text
-from tests.unit.ingest.e57_files import cloud, posed, write_e57
+from tests.unit.ingest.e57_files import SPHERICAL, Source, cloud, doubles, posed, write_e57
 
 ROWS = rows_of(wall_points(20))
 PTX = "5\n4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n{} 0 0 1\n"
@@ -99,3 +99,10 @@ def test_binary_points_that_line_ends_have_shifted_are_refused(tmp_path: Path, s
     path.write_bytes(head.replace("\n", end).encode() + body)
     with pytest.raises(InputError, match="needs "):
         read_scan(path)
+
+
+def test_an_elevation_beyond_all_measure_is_refused(tmp_path: Path) -> None:
+    polar = (np.linspace(5.0, 10.0, 300), np.linspace(0.0, 3.0, 300), np.full(300, 1e308))
+    columns = tuple(doubles(name, values) for name, values in zip(SPHERICAL, polar, strict=True))
+    with pytest.raises(InputError, match="needs finite coordinates, came 300 of 300"):
+        read_scan(write_e57(tmp_path / "a.e57", Source(columns, 300)))
