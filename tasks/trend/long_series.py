@@ -6,13 +6,19 @@ hundred epochs and needs minutes for some thousand.
 """
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from storage.errors import ShapeError
 from tasks.trend.series import LeanSeries
+from tasks.trend.terms import DAYS_A_YEAR
 from tasks.trend.walk import COARSE_NODES, Estimate, WalkSigma, sigma_density, twofold
+
+SAME_TIME: Final = 1.0 / (86_400.0 * DAYS_A_YEAR)
+"""A second, in years. The bond of the walk between two times grows as their distance shrinks, and drowns the epochs in
+rounding: at a microsecond no digit is left. Within a second no structure wanders."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +51,17 @@ class ChainModel:
 def chain_model(series: LeanSeries, columns: NDArray[np.float64]) -> ChainModel:
     """Sum up a series for the columns (n, p) of one component; both have the same.
 
+    Epochs no more than ``SAME_TIME`` apart are taken as of one time, as far as the walk is asked for.
+
     Raises
     ------
     ShapeError
         If the columns are not (n, p), depend on each other, or all epochs lie at one time.
     """
     n = series.n_epochs
-    if columns.shape[0] != n or series.n_times < 2:
+    is_later = np.append(True, np.diff(series.times) > SAME_TIME)
+    times, place = series.times[is_later], np.cumsum(is_later) - 1
+    if columns.shape[0] != n or len(times) < 2:
         raise ShapeError(f"chain_model needs columns (n, p) with n = {n} and 2 times; got {columns.shape}")
     X = twofold(columns).reshape(n, 2, -1)
     precisions = np.asarray(np.linalg.inv(series.covariances), dtype=np.float64)
@@ -59,7 +69,6 @@ def chain_model(series: LeanSeries, columns: NDArray[np.float64]) -> ChainModel:
     left = series.movements - X @ start
     Z = np.concatenate([X, left[:, :, None]], axis=2)
     weighted = precisions @ Z
-    times, place = np.unique(series.times, return_inverse=True)
     summed, at_times = np.zeros((len(times), 2, 2)), np.zeros((len(times), 2, Z.shape[2]))
     np.add.at(summed, place, precisions)
     np.add.at(at_times, place, weighted)
@@ -137,5 +146,5 @@ def _coarse_nodes(
     apart = np.diff(series.times)
     noise = np.einsum("nii->n", series.covariances)
     jumps = (np.diff(left, axis=0) ** 2).sum(axis=1) + noise[1:] + noise[:-1]
-    high = 10.0 * np.sqrt(np.mean(jumps[apart > 0.0] / apart[apart > 0.0]))
+    high = 10.0 * np.sqrt(np.mean(jumps[apart > SAME_TIME] / apart[apart > SAME_TIME]))
     return np.concatenate([[0.0], np.geomspace(0.01 / np.sqrt(shows), high, COARSE_NODES)])

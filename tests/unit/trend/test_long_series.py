@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from tasks.trend import LeanSeries, Terms, Trend, design_columns, fit_trend, gls_at
+from storage.errors import ShapeError
+from tasks.trend import DAYS_A_YEAR, LeanSeries, Terms, Trend, design_columns, fit_trend, gls_at
 from tasks.trend.change_dating import date_change
 from tasks.trend.change_point import ChangePoint, find_change
 from tasks.trend.long_series import at_sigma, chain_model, chain_sigma
@@ -12,6 +13,7 @@ from tasks.trend.walk import build_model, rotate, walk_sigma
 from tests.unit.trend.known_series import dense_covariance, drawn, irregular_times, some_covariances
 
 ALL_TERMS = Terms(rate=True, season=True, temperature=False, random_walk=True, reason="")
+LINE = Terms(rate=True, season=False, temperature=False, random_walk=True, reason="")
 
 
 def some_series(seed: int = 3, n: int = 40, walk: float = 0.001, twice: bool = False) -> LeanSeries:
@@ -52,6 +54,27 @@ def test_restricted_likelihood_and_misfit_of_the_chain_are_those_of_the_dense_fo
         assert found.misfit == pytest.approx(misfit, rel=1e-7)
         differences.append(found.log_likelihood - dense)
     np.testing.assert_allclose(differences, differences[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("apart_s", [1e-6, 1e-3, 0.5])
+@pytest.mark.parametrize("walk", [1e-6, 0.0004, 0.02])
+def test_epochs_moments_apart_do_not_drown_the_chain_in_rounding(walk: float, apart_s: float) -> None:
+    rng = np.random.default_rng(4)
+    first = np.arange(150) / 52.0
+    times = np.sort(np.concatenate([first, first + apart_s / (86_400.0 * DAYS_A_YEAR)]))
+    series = drawn(rng, times, some_covariances(rng, 300, 0.0001), np.outer(times, [0.002, -0.001]), 0.001)
+    columns = design_columns(series, LINE)
+    ours, known = at_sigma(chain_model(series, columns), walk).estimate, gls_at(series, columns, walk)
+    sigmas = np.sqrt(np.diag(known.covariance))
+    np.testing.assert_allclose((ours.values - known.values) / sigmas, 0.0, atol=1e-3)
+    np.testing.assert_allclose(np.diag(ours.covariance) / sigmas**2, 1.0, atol=1e-3)
+
+
+def test_epochs_within_a_moment_are_no_chain() -> None:
+    series = some_series(n=10)
+    series.times[:] = np.linspace(0.0, 1e-9, 10)
+    with pytest.raises(ShapeError, match="2 times"):
+        chain_model(series, np.ones((10, 1)))
 
 
 @pytest.mark.parametrize("walk", [0.0, 0.001, 0.01])
