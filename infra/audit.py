@@ -83,20 +83,32 @@ def _asked(command: Sequence[str], service: str) -> Audit | str:
         return (done.stderr.strip().splitlines() or ["it said nothing"])[-1]
 
 
-def _best_answer(command: Sequence[str]) -> Audit | None:
-    """The answer of the service that knew most packages; None where none knew any."""
-    best: Audit | None = None
+def together(audits: Sequence[Audit]) -> Audit | None:
+    """What several services say: a flaw that one knows is one, and a package that one was asked for is asked for.
+
+    None where none knew any package.
+    """
+    told = [audit for audit in audits if audit.asked]
+    if not told:
+        return None
+    flaws = dict.fromkeys(flaw for audit in told for flaw in audit.flaws)
+    skipped = frozenset.intersection(*(frozenset(audit.skipped) for audit in told))
+    return Audit(tuple(flaws), tuple(sorted(skipped)), max(audit.asked for audit in told))
+
+
+def _answer(command: Sequence[str]) -> Audit | None:
+    """What the services know together; the next is asked where one did not know all packages."""
+    audits: list[Audit] = []
     for service in SERVICES:
         audit = _asked(command, service)
         if isinstance(audit, str):
             sys.stdout.write(f"{service}: {audit}\n")
             continue
         sys.stdout.write(f"{service}: {audit.asked} packages asked for, {len(audit.skipped)} not\n")
-        if audit.asked and (best is None or audit.asked > best.asked):
-            best = audit
-        if not audit.skipped:
+        audits.append(audit)
+        if audit.asked and not audit.skipped:
             break
-    return best
+    return together(audits)
 
 
 def main() -> int:
@@ -105,15 +117,15 @@ def main() -> int:
     if command is None:
         sys.stdout.write("not audited: neither pip-audit nor uv is installed; `make setup` brings uv\n")
         return NOT_ASKED
-    best = _best_answer(command)
-    if best is None:
+    found = _answer(command)
+    if found is None:
         sys.stdout.write("not audited: no advisory service answered; try where the network reaches one\n")
         return NOT_ASKED
-    for line in best.flaws:
+    for line in found.flaws:
         sys.stdout.write(f"{line}\n")
-    if best.skipped:
-        sys.stdout.write(f"could not be asked for: {', '.join(best.skipped)}\n")
-    return best.exit_code
+    if found.skipped:
+        sys.stdout.write(f"could not be asked for: {', '.join(found.skipped)}\n")
+    return found.exit_code
 
 
 if __name__ == "__main__":

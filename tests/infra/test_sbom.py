@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from infra.audit import CLEAN, FLAWED, NOT_ASKED, read_audit
+from infra.audit import CLEAN, FLAWED, NOT_ASKED, Audit, read_audit, together
 from infra.sbom import COPIED, OUT, ROOT, as_text, in_use, locked_packages
 
 BILL = json.loads(OUT.read_text(encoding="utf-8"))
@@ -94,6 +94,15 @@ SKIPPED = {"name": "c", "skip_reason": "not found"}
 )
 def test_an_audit_is_clean_only_when_every_package_was_asked_for(packages: list[object], code: int) -> None:
     assert read_audit(json.dumps({"dependencies": packages})).exit_code == code
+
+
+def test_a_flaw_that_one_service_knows_is_not_lost_to_one_that_knows_more_packages() -> None:
+    few, more = Audit(("b 1: X-1, mended in 2",), ("c", "d"), 2), Audit((), ("d",), 3)
+    assert together([few, more]) == Audit(few.flaws, ("d",), 3)
+
+
+def test_services_that_knew_no_package_are_no_audit() -> None:
+    assert together([Audit((), ("a",), 0), Audit((), (), 0)]) is None
 
 
 def test_what_is_no_answer_is_none() -> None:
