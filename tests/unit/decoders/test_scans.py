@@ -1,5 +1,6 @@
 """A scan whose bytes make its decoder crash, loop or fill the memory is refused; the next one is read."""
 
+import errno
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from storage.errors import InputError
 from storage.workspace import open_workspace
 from tasks.caching import lasting
 from tasks.ingest import ScanRequest, laz_decoder, read_scan, stream_scan
+from tasks.ingest.third_party import decoding
 from tasks.stored_scan import store_scan
 from tests.unit.decoders.doubles import PLACE, children_with, spoilt_pool
 from tests.unit.ingest.clouds import wall_points, write_las
@@ -72,6 +74,23 @@ def test_a_decoder_that_the_system_ended_is_not_remembered_as_a_fault_of_the_sca
         read_scan(write(tmp_path / "bad.laz"))
     with pytest.raises(InputError):
         lasting(refused.value)
+
+
+@pytest.mark.parametrize("suffix", [".laz", ".parquet"])
+def test_a_drive_that_fails_under_a_decoder_is_no_damage_of_the_scan(
+    tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(f"{PLACE[suffix]}.DECODERS", spoilt_pool(tmp_path, suffix, "be_refused"))
+    with pytest.raises(InputError, match=r"needs a readable file, came Input/output error$") as refused:
+        read_scan(write(tmp_path / f"bad{suffix}"))
+    with pytest.raises(InputError, match="Input/output error"):
+        lasting(refused.value)
+
+
+@pytest.mark.parametrize("fault", [OSError("Corrupt snappy data"), OSError(errno.EINVAL, "Invalid argument")])
+def test_what_a_decoder_says_of_its_input_by_a_fault_of_the_system_is_damage(fault: OSError) -> None:
+    with pytest.raises(InputError, match="damaged, copy or export it again"), decoding(Path("a.pq")):
+        raise fault
 
 
 def test_nothing_of_a_scan_whose_decoder_crashes_midway_is_stored(
