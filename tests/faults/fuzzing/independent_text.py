@@ -238,7 +238,7 @@ def _ply_binary(
 
 def pcd(content: bytes, wanted: Sequence[str]) -> Records:
     """All points of a PCD file."""
-    end = re.search(rb"^[ \t]*DATA[ \t]+(\w+)[ \t\r]*\n", content, re.M)
+    end = re.search(rb"^[ \t]*DATA[ \t]+(\w+)[ \t\r\f\v]*\n", content, re.M)
     if end is None:
         raise ValueError("no DATA")
     lines = [line.split() for line in content[: end.start()].decode("latin-1").split("\n")]
