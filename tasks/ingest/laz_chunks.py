@@ -31,7 +31,6 @@ ITEM_LAYERS: Final[Mapping[int, int]] = MappingProxyType({10: 9, 11: 1, 12: 2, 1
 
 EXTRA_BYTES_LAYERED: Final = 14
 
-
 MOST_POINTS_A_BYTE: Final = 4096
 """Three million points that are all the same take a byte for 630 of them; no scan is near that."""
 

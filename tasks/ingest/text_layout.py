@@ -75,7 +75,7 @@ def sniff_layout(path: Path, head: bytes, coordinates: Coordinates) -> TextLayou
     if preamble.names is not None:
         names = _split_names(preamble.names, separator)
         columns = find_columns(path, names, coordinates)
-        _check_commas(path, preamble, names, separator)
+        _check_names(path, preamble, names, separator)
     else:
         columns = _columns_without_names(path, preamble, separator, coordinates)
     fields = split_row(preamble.rows[0].strip(), separator)
@@ -90,13 +90,14 @@ def text_of(block: bytes) -> str:
     return block.translate(NO_SEPARATORS).decode("latin-1")
 
 
-def _check_commas(path: Path, preamble: _Preamble, names: Sequence[str], separator: str | None) -> None:
-    """Refuse more numbers than names between commas: 1,5,2,5,3,5 are three numbers, written with decimal commas."""
+def _check_names(path: Path, preamble: _Preamble, names: Sequence[str], separator: str | None) -> None:
+    """Refuse more numbers than names where a number may hold the separator: 1,5,2,5,3,5 or 1 234.5 2 345.6 7 is three."""
     fields = split_row(preamble.rows[0].strip().rstrip(","), separator)
-    if separator == "," and len(fields) > len(names) and all(is_number(field) for field in fields):
+    may_be_torn = separator in (",", None) and len(fields) > len(names)
+    if may_be_torn and all(is_number(field) for field in fields):
         raise InputError(
             f"{path}: needs a number for each of {len(names)} names, came {len(fields)} in line {preamble.first_line} "
-            f"{preamble.rows[0].strip()[:60]!r}; write numbers as 1.5, or name all columns"
+            f"{preamble.rows[0].strip()[:60]!r}; write numbers as 1234.5, or name all columns"
         )
 
 

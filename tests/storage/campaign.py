@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
+from typing import Final
 
 from storage.digests import text_sha256
 from storage.ledger import append_run, store_settings
@@ -61,6 +62,10 @@ def epoch_row(epoch: str, number: int = 0, **changed: object) -> EpochRow:
     return replace(row, **changed)
 
 
+LEAN_COVARIANCE: Final = {"lean_cov_ee": 4e-10, "lean_cov_en": 1e-10, "lean_cov_nn": 9e-10}
+POINT_COVARIANCE: Final = {"point_cov_ee": 1e-10, "point_cov_en": 0.0, "point_cov_nn": 1e-10}
+
+
 def tilt_row(
     epoch: str, number: int = 0, lean: tuple[float, float] = (0.007, -0.0057), **changed: object
 ) -> TiltRow:
@@ -82,12 +87,8 @@ def tilt_row(
         d_up=d_up,
         lean_east=lean_east,
         lean_north=lean_north,
-        lean_cov_ee=4e-10,
-        lean_cov_en=1e-10,
-        lean_cov_nn=9e-10,
-        point_cov_ee=1e-10,
-        point_cov_en=0.0,
-        point_cov_nn=1e-10,
+        **LEAN_COVARIANCE,
+        **POINT_COVARIANCE,
         tilt_deg=math.degrees(math.atan(size)),
         tilt_sigma_deg=0.001,
         azimuth_deg=math.degrees(math.atan2(lean_east, lean_north)) % 360.0,

@@ -1,7 +1,9 @@
 """Rows of the tilt table from lean vectors, for the tests of accuracy and of the paper's tables."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +21,20 @@ class Fit:
     mean_deviation_m: float | None = None
     rmse_m: float | None = None
     covariance: NDArray[np.float64] | None = None
+
+
+UNKNOWN: Final[Mapping[str, Any]] = dict.fromkeys(
+    (
+        "point_cov_ee",
+        "point_cov_en",
+        "point_cov_nn",
+        "verdict_reason",
+        "update_weight_ratio_pct",
+        "n_effective",
+        "bending_m",
+    )
+)
+"""What neither accuracy nor the tables of the paper ask for."""
 
 
 def tilt_row(
@@ -49,9 +65,7 @@ def tilt_row(
         lean_cov_ee=None if C is None else float(C[0, 0]),
         lean_cov_en=None if C is None else float(C[0, 1]),
         lean_cov_nn=None if C is None else float(C[1, 1]),
-        point_cov_ee=None,
-        point_cov_en=None,
-        point_cov_nn=None,
+        **UNKNOWN,
         tilt_deg=p.tilt_deg,
         tilt_sigma_deg=p.tilt_sigma_deg,
         azimuth_deg=p.azimuth_deg,
@@ -63,11 +77,7 @@ def tilt_row(
         deviation_sigma_m=p.deviation_sigma_m,
         allowable_m=0.0605,
         verdict="cannot tell",
-        verdict_reason=None,
         iterations=fit.iterations,
-        update_weight_ratio_pct=None,
-        n_effective=None,
         mean_deviation_m=fit.mean_deviation_m,
         rmse_m=fit.rmse_m,
-        bending_m=None,
     )

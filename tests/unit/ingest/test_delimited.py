@@ -65,7 +65,7 @@ def test_every_common_layout_gives_the_same_points(tmp_path: Path, text: str, su
         ("1 2 3\n\n1\xa0005.5 2 3\n", r"needs numbers, came '1.{1,2}005\.5' in line 3"),
         (
             "x,y,z\n1,5,2,5,3,5\n",
-            r"needs a number for each of 3 names, came 6 in line 2 .*; write numbers as 1\.5",
+            r"needs a number for each of 3 names, came 6 in line 2 .*; write numbers as 1234\.5",
         ),
         ("x,y (ft),z\n1,2,3\n", r"needs metres and degrees, came column 'y \(ft\)' in ft"),
         ("x,y,z\n", r"needs rows of three numbers, came none"),
