@@ -15,10 +15,9 @@ def from_bottom_up(
     points_m: NDArray[np.float64], scan_index: NDArray[np.uint16], stay: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
     """Points (m, 3) and scans (m,) of those of (n, 3) that stay (n,), by height; of equal heights in the order of input."""
-    rows = np.flatnonzero(stay)
-    sorted_m, of_scan = np.empty((len(rows), 3)), np.empty(len(rows), dtype=np.uint16)
-    layers = _layers(points_m[:, 2], rows)
+    layers = _layers(points_m[:, 2], np.flatnonzero(stay))
     begins = np.cumsum([0, *(len(layer) for layer in layers)])
+    sorted_m, of_scan = np.empty((begins[-1], 3)), np.empty(begins[-1], dtype=np.uint16)
 
     def sort(number: int) -> None:
         layer, out = layers[number], slice(begins[number], begins[number + 1])
