@@ -10,10 +10,10 @@ import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import TemporaryDirectory, gettempdir
 from typing import Final, Literal
 
-from storage.atomic import write_our_own
+from storage.atomic import faults_of_the_system, write_our_own
 from storage.digests import file_sha256, text_sha256
 from storage.errors import StorageError
 from storage.identity import identity_in
@@ -94,7 +94,7 @@ def _state(ws: Workspace, kind: _Kind, path: Path) -> State | None:
 
 def _is_of(kind: _Kind, path: Path, content: bytes) -> bool:
     """Whether a content is one of that path: the second copy of another file, under this name, would take its place."""
-    with TemporaryDirectory() as folder:
+    with faults_of_the_system(Path(gettempdir())), TemporaryDirectory() as folder:
         file = Path(folder) / path.name
         file.write_bytes(content)
         return _judged(kind, file, path)

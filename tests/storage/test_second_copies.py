@@ -142,6 +142,17 @@ def test_the_second_copy_of_another_file_does_not_stand_for_one_that_is_gone(ful
     assert (told.is_lost, path.exists()) == (True, False)
 
 
+def test_a_folder_for_temporary_files_that_is_full_says_so_and_nothing_is_touched(
+    full: Workspace, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    path = full.root / KEPT_TWICE[0]
+    path.unlink()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
+    with pytest.raises(StorageError, match=r"cannot write .*none: .*put that right"):
+        mend_copies(full)
+    assert not path.exists()
+
+
 def test_earlier_results_that_are_gone_with_their_folder_are_said(full: Workspace) -> None:
     folder = (full.root / KEPT_TWICE[3]).parent
     for path in folder.iterdir():
