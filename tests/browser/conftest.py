@@ -1,6 +1,5 @@
 """A real browser, a workspace to look at and the dashboard over it; each is started by the tests and stopped by its id."""
 
-import os
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,6 +10,7 @@ from playwright.sync_api import Browser, Page, sync_playwright
 from tests.browser.demo_site import DemoSite, make_demo_site
 from tests.browser.served import Served, serve_dashboard
 from tests.made_once import made_once
+from tests.shared import unavailable
 
 CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = [
@@ -56,9 +56,9 @@ def chromium() -> Iterator[Browser]:
     """Debian's Chromium without a window; skipped where there is none, but never in CI."""
     program = next((found for found in map(shutil.which, CHROMIUM) if found), None)
     if program is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("no Chromium: `apt-get install chromium` (.ci/run does)")
-        pytest.skip("no Chromium on this machine; `apt-get install chromium` has these tests run")
+        unavailable(
+            "no Chromium on this machine; `apt-get install chromium` has these tests run (.ci/run does)"
+        )
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
         yield browser

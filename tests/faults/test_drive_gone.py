@@ -13,6 +13,7 @@ from tests.faults.drive_site import MEGABYTES, DriveSite, Undisturbed, at_step, 
 from tests.faults.killing.stored import shown_epochs
 from tests.faults.sites import state_of
 from tests.faults.small_drive import fail, failing_drive, small_drive
+from tests.shared import unavailable
 
 ONE, TWO = "one.toml", "campaign.toml"
 
@@ -26,6 +27,17 @@ pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptio
 def site(scans_of_three: Path, mountable: None, tmp_path: Path) -> Iterator[DriveSite]:
     with small_drive(tmp_path / "drive", MEGABYTES) as drive:
         yield DriveSite(scans_of_three, drive)
+
+
+@pytest.fixture
+def image(tmp_path: Path) -> Path:
+    """A drive in a file, which has been mounted once."""
+    image = tmp_path / "image"
+    try:
+        with failing_drive(image, tmp_path / "drive", MEGABYTES):
+            return image
+    except OSError as fault:
+        unavailable(f"no image can be mounted here: {fault}")
 
 
 @slow
@@ -43,18 +55,15 @@ def test_a_drive_that_is_taken_away_under_a_run_is_told_and_the_folder_beneath_s
 
 @slow
 def test_a_drive_that_comes_back_gives_the_results_that_were_there(
-    scans_of_three: Path, mountable: None, undisturbed: dict[str, Undisturbed], tmp_path: Path
+    scans_of_three: Path, image: Path, undisturbed: dict[str, Undisturbed], tmp_path: Path
 ) -> None:
-    try:
-        with failing_drive(tmp_path / "image", tmp_path / "drive", MEGABYTES) as drive:
-            site = DriveSite(scans_of_three, drive)
-            assert site.run(ONE).code == 0
-            with at_step(site.workspace, 60, drive.take_away):
-                assert site.run(TWO).code == 3
-            assert list(drive.place.iterdir()) == []
-    except OSError as fault:
-        pytest.skip(f"no image can be mounted here: {fault}")
-    with failing_drive(tmp_path / "image", tmp_path / "drive", 0) as drive:
+    with failing_drive(image, tmp_path / "drive", MEGABYTES) as drive:
+        site = DriveSite(scans_of_three, drive)
+        assert site.run(ONE).code == 0
+        with at_step(site.workspace, 60, drive.take_away):
+            assert site.run(TWO).code == 3
+        assert list(drive.place.iterdir()) == []
+    with failing_drive(image, tmp_path / "drive", MEGABYTES) as drive:
         site = DriveSite(scans_of_three, drive)
         assert shown_epochs(site.place) == undisturbed[ONE].shown
         assert site.faults_after(TWO, undisturbed[TWO]) == []
@@ -63,22 +72,19 @@ def test_a_drive_that_comes_back_gives_the_results_that_were_there(
 @slow
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
 def test_a_drive_that_becomes_read_only_under_a_run_is_told_and_the_next_run_ends_as_undisturbed(
-    scans_of_three: Path, mountable: None, undisturbed: dict[str, Undisturbed], tmp_path: Path, part: float
+    scans_of_three: Path, image: Path, undisturbed: dict[str, Undisturbed], tmp_path: Path, part: float
 ) -> None:
     wanted = undisturbed[ONE]
-    try:
-        with failing_drive(tmp_path / "image", tmp_path / "drive", MEGABYTES) as drive:
-            site = DriveSite(scans_of_three, drive)
-            with at_step(site.workspace, 1 + int(part * wanted.steps), lambda: fail(drive)):
-                told = site.run(ONE)
-            assert told.code == 3, told.err
-            assert "Read-only file system" in told.err
-            assert site.epochs_in_part(wanted.shown) == []
+    with failing_drive(image, tmp_path / "drive", MEGABYTES) as drive:
+        site = DriveSite(scans_of_three, drive)
+        with at_step(site.workspace, 1 + int(part * wanted.steps), lambda: fail(drive)):
             told = site.run(ONE)
-            assert (told.code, "Read-only file system" in told.err) == (3, True), "nor before a run"
-    except OSError as fault:
-        pytest.skip(f"no image can be mounted here: {fault}")
-    with failing_drive(tmp_path / "image", tmp_path / "drive", 0) as drive:
+        assert told.code == 3, told.err
+        assert "Read-only file system" in told.err
+        assert site.epochs_in_part(wanted.shown) == []
+        told = site.run(ONE)
+        assert (told.code, "Read-only file system" in told.err) == (3, True), "nor before a run"
+    with failing_drive(image, tmp_path / "drive", MEGABYTES) as drive:
         assert DriveSite(scans_of_three, drive).faults_after(ONE, wanted) == []
 
 

@@ -14,6 +14,7 @@ import pytest
 from tests.faults.drive_site import DriveSite
 from tests.faults.small_drive import Drive
 from tests.flows.calls import ROOT, Called
+from tests.shared import unavailable
 
 NOBODY = 65534
 
@@ -30,7 +31,7 @@ slow = pytest.mark.slow
 def site(scans_of_three: Path, prefect_api: str, tmp_path: Path) -> DriveSite:
     """A campaign and the place of a workspace."""
     if os.geteuid() != 0 or shutil.which("setpriv") is None:
-        pytest.skip("only root can give its rights away, by setpriv")
+        unavailable("only root can give its rights away, by setpriv")
     shutil.copytree(scans_of_three, tmp_path / "scans")
     (tmp_path / "place").mkdir()
     return DriveSite(tmp_path / "scans", Drive(tmp_path / "place"))

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import psutil
-import pytest
+
+from tests.shared import unavailable
 
 START_S = 120.0
 STOP_S = 20.0
@@ -31,12 +32,11 @@ def binaries() -> Path:
     if found:
         return found[-1].parent
     on_path = shutil.which("initdb")
-    if on_path is not None:
-        return Path(on_path).resolve().parent
-    reason = "no PostgreSQL programs here (Debian: apt-get install postgresql)"
-    if os.environ.get("CI"):
-        pytest.fail(f"{reason}; .ci/run installs them where it may")
-    pytest.skip(reason)
+    if on_path is None:
+        unavailable(
+            "no PostgreSQL programs here (Debian: apt-get install postgresql; .ci/run does where it may)"
+        )
+    return Path(on_path).resolve().parent
 
 
 def free_port() -> int:
