@@ -142,7 +142,8 @@ def _withdrawn(folder: Path, mark: str) -> bool:
     except Timeout:
         return False
     except (OSError, NotImplementedError):
-        return not folder.is_dir()
+        # a drive that became read-only or went: who would use the server has to take this lock first, and cannot
+        return True
     return True
 
 

@@ -1,5 +1,6 @@
 """A workspace has one workflow server: found again, shared, replaced where it died, and no one's orphan."""
 
+import errno
 import http.client
 import json
 import os
@@ -308,6 +309,15 @@ def test_a_server_is_kept_so_long_after_its_last_use(use: Use) -> None:
     assert not use.is_over(connections=0, requests=2, now_s=309.0)
     assert use.is_over(connections=0, requests=2, now_s=310.0)
     assert read_record(Path(use.request.folder)) is None
+
+
+def test_a_server_on_a_read_only_drive_ends_like_others(use: Use, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(_folder: Path) -> BaseFileLock:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr("flows.workflow_server.server_lock", refused)
+    assert not use.is_over(connections=1, requests=1, now_s=200.0)
+    assert use.is_over(connections=0, requests=1, now_s=212.0)
 
 
 def test_a_server_waits_for_its_first_use(use: Use) -> None:
